@@ -1,0 +1,115 @@
+//! The pentahedron (triangular prism, wedge): its faces and its volume.
+//!
+//! Nodes stand in the order of VTK's wedge: 0, 1, 2 are one triangle, 3, 4, 5 the other with node `n + 3` opposite node
+//! `n`, and the right-hand normal of (0, 1, 2) points away from (3, 4, 5).
+//!
+//! The three lateral faces are quadrilaterals, flat in no deformed tissue. Every reader cuts them by the same rule: the
+//! diagonal through the face's smallest node index. Two pentahedra that share a face then agree on it, so volumes add up
+//! to the volume that the surface encloses, and no crack opens between them.
+
+use glam::DVec3;
+
+/// Local corners of the two triangular faces, outward by the right-hand rule.
+pub const TRIANGLES: [[usize; 3]; 2] = [[0, 1, 2], [3, 5, 4]];
+
+/// Local corners of the three lateral faces, outward by the right-hand rule.
+pub const QUADS: [[usize; 4]; 3] = [[0, 3, 4, 1], [1, 4, 5, 2], [2, 5, 3, 0]];
+
+/// The nine edges, as local corners.
+pub const EDGES: [[usize; 2]; 9] = [[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [5, 3], [0, 3], [1, 4], [2, 5]];
+
+/// Cuts a quadrilateral face (node indices, in cyclic order) into two triangles of the same sense.
+pub fn split_quad(quad: [u32; 4]) -> [[u32; 3]; 2] {
+    let smallest = (0..4).min_by_key(|&corner| quad[corner]).unwrap_or(0);
+    let corner = |offset: usize| quad[(smallest + offset) % 4];
+    [
+        [corner(0), corner(1), corner(2)],
+        [corner(0), corner(2), corner(3)],
+    ]
+}
+
+/// The eight outward triangles of a pentahedron's boundary, as node indices.
+pub fn boundary(nodes: &[u32; 6]) -> [[u32; 3]; 8] {
+    let mut triangles = [[0; 3]; 8];
+    for (face, corners) in TRIANGLES.iter().enumerate() {
+        triangles[face] = corners.map(|corner| nodes[corner]);
+    }
+    for (face, corners) in QUADS.iter().enumerate() {
+        let [first, second] = split_quad(corners.map(|corner| nodes[corner]));
+        triangles[2 + 2 * face] = first;
+        triangles[3 + 2 * face] = second;
+    }
+    triangles
+}
+
+/// Signed volume in the cube of the positions' unit; negative when inverted.
+///
+/// `position` gives the place of a node by its index. Exact for the polyhedron that [`boundary`] encloses (divergence
+/// theorem, taken from the first node to keep rounding small).
+pub fn volume(nodes: &[u32; 6], position: impl Fn(u32) -> DVec3) -> f64 {
+    let origin = position(nodes[0]);
+    let six_volumes: f64 = boundary(nodes)
+        .iter()
+        .filter(|triangle| !triangle.contains(&nodes[0]))
+        .map(|triangle| {
+            let [a, b, c] = triangle.map(|node| position(node) - origin);
+            a.dot(b.cross(c))
+        })
+        .sum();
+    six_volumes / 6.0
+}
+
+/// Mean of the six corners.
+pub fn centroid(nodes: &[u32; 6], position: impl Fn(u32) -> DVec3) -> DVec3 {
+    nodes.iter().map(|&node| position(node)).sum::<DVec3>() / 6.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A right prism over the triangle (0,0), (1,0), (0,1) of height 2, its lower normal towards -z.
+    const PRISM: [DVec3; 6] = [
+        DVec3::new(0.0, 0.0, 0.0),
+        DVec3::new(0.0, 1.0, 0.0),
+        DVec3::new(1.0, 0.0, 0.0),
+        DVec3::new(0.0, 0.0, 2.0),
+        DVec3::new(0.0, 1.0, 2.0),
+        DVec3::new(1.0, 0.0, 2.0),
+    ];
+
+    #[test]
+    fn a_prism_has_base_times_height() {
+        let volume = volume(&[0, 1, 2, 3, 4, 5], |node| PRISM[node as usize]);
+        assert!((volume - 1.0).abs() < 1e-15, "{volume}");
+    }
+
+    #[test]
+    fn mirroring_changes_only_the_sign() {
+        let mirrored = |node: u32| PRISM[node as usize] * DVec3::new(-1.0, 1.0, 1.0);
+        assert!((volume(&[0, 1, 2, 3, 4, 5], mirrored) + 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_boundary_is_closed_and_oriented() {
+        let boundary = boundary(&[7, 3, 9, 1, 4, 2]);
+        let edges: Vec<[u32; 2]> = boundary
+            .iter()
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+            .collect();
+        for &[a, b] in &edges {
+            assert_eq!(edges.iter().filter(|&&edge| edge == [a, b]).count(), 1);
+            assert_eq!(edges.iter().filter(|&&edge| edge == [b, a]).count(), 1);
+        }
+    }
+
+    #[test]
+    fn two_neighbours_cut_their_shared_face_alike() {
+        let [first, second] = split_quad([5, 2, 8, 6]);
+        let [third, fourth] = split_quad([6, 8, 2, 5]);
+        let reversed = |[a, b, c]: [u32; 3]| [c, b, a];
+        let same = |x: [u32; 3], y: [u32; 3]| (0..3).any(|turn| [x[turn], x[(turn + 1) % 3], x[(turn + 2) % 3]] == y);
+        assert!(same(reversed(first), third) || same(reversed(first), fourth));
+        assert!(same(reversed(second), third) || same(reversed(second), fourth));
+    }
+}

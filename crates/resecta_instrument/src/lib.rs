@@ -1,0 +1,1 @@
+//! The resectoscope: kinematics, loop, pedals and where its input comes from.

@@ -1,0 +1,1 @@
+//! Exercises, metrics, scores and the record of a run.

@@ -1,0 +1,1 @@
+//! Motion and resection of a mass-spring tissue filled with pentahedra.

@@ -1,0 +1,1 @@
+//! Soft tissue for Bevy that deforms, collides and can be cut.

@@ -1,0 +1,2 @@
+//! Resecta. 
+fn main() {}
