@@ -7,8 +7,17 @@
 //! Axes, for every case: `+x` patient left, `+y` posterior, `+z` towards the bladder. Lengths are millimetres.
 
 mod case;
+mod lattice;
+pub mod quality;
+mod sampling;
+mod shape;
+mod spline;
 pub mod wedge;
 mod zone;
+mod zoning;
 
 pub use case::{Approximation, Case, CaseSource, Contour, Landmarks, Slice, Unit};
+pub use lattice::{Boundary, Lattice, LatticeError, LatticeOptions, MAX_NODES, Section};
+pub use quality::LatticeQuality;
+pub use shape::{AXIS_STEPS, DIAGONAL_STEPS, LatticeShape};
 pub use zone::Zone;
