@@ -1,0 +1,366 @@
+//! Building a tissue: mesh and material in, arrays out; everything that is wrong is named.
+
+use std::ops::Range;
+
+use glam::{DVec3, Vec3};
+use resecta_anatomy::wedge;
+
+use crate::collapse::Collapse;
+use crate::mesh::{MeshError, Share, TissueMesh};
+use crate::motion::Scratch;
+use crate::springs::Springs;
+use crate::surface::Surface;
+use crate::tissue::{Living, Motion, NodeKind, Nodes, Pentahedra, Tissue};
+use crate::vectors::Vectors;
+use crate::{Material, ShearResistance};
+
+/// Elements of a kind that 32-bit indices can name, five faces a pentahedron included.
+const MOST: usize = u32::MAX as usize / 8;
+
+impl Tissue {
+    /// Builds a tissue at rest.
+    ///
+    /// Masses are density times the volume of the pentahedra, a sixth to each corner. Stiffness is assembled from the
+    /// shares of the mesh (see [`Share`]), damping from [`Material::damping_rate`].
+    ///
+    /// # Errors
+    ///
+    /// The first thing in mesh or material that cannot be simulated.
+    pub fn new(mesh: &TissueMesh, material: &Material) -> Result<Tissue, MeshError> {
+        check(mesh, material)?;
+        let count = mesh.positions.len();
+        let rest_volume = rest_volumes(mesh)?;
+        let volume: f64 = rest_volume.iter().sum();
+
+        let mut pentahedra_left = vec![0u16; count];
+        let mut mass = vec![0.0f32; count];
+        for (nodes, volume) in mesh.pentahedra.iter().zip(&rest_volume) {
+            for &node in nodes {
+                pentahedra_left[node as usize] = pentahedra_left[node as usize].saturating_add(1);
+                mass[node as usize] += (material.density_g_per_mm3 * volume / 6.0) as f32;
+            }
+        }
+        if let Some(orphan) = pentahedra_left.iter().position(|&left| left == 0) {
+            return Err(MeshError::Orphan(orphan));
+        }
+        let (around_start, around) = group(
+            count,
+            mesh.pentahedra
+                .iter()
+                .enumerate()
+                .flat_map(|(pentahedron, nodes)| nodes.iter().map(move |&node| (node, pentahedron as u32))),
+        );
+        let mut kind = vec![NodeKind::Inner; count];
+        mesh.lumen
+            .iter()
+            .for_each(|&node| kind[node as usize] = NodeKind::Mucosa);
+        mesh.capsule
+            .iter()
+            .for_each(|&node| kind[node as usize] = NodeKind::Capsule);
+
+        let surface = Surface::new(&mesh.pentahedra)?;
+        let rest: Vectors = mesh
+            .positions
+            .iter()
+            .map(|position| position.as_vec3().to_array())
+            .collect();
+        let (support, capsule_area) = support(mesh, material, &kind, &mass, &surface);
+        let nodes = Nodes {
+            inverse_mass: mass.iter().map(|mass| 1.0 / mass).collect(),
+            damping_rate: vec![material.damping_rate(volume) as f32; count],
+            kind,
+            mass,
+            supported: ranges(&support),
+            support,
+            load: Vectors::zero(count),
+            balance: Vectors::zero(count),
+            pentahedra_left,
+            around_start,
+            around,
+            put_aside: vec![false; count],
+            rest: rest.clone(),
+        };
+        let (share_start, shares) = group(
+            mesh.pentahedra.len(),
+            mesh.shares.iter().map(|share| {
+                let lent = f64::from(share.fraction) * rest_volume[share.pentahedron as usize];
+                (share.pentahedron, (share.spring, lent as f32))
+            }),
+        );
+        let springs = springs(mesh, material)?;
+        let mean_length = springs.rest_length.iter().sum::<f32>() / springs.rest_length.len() as f32;
+        let mut tissue = Tissue {
+            motion: Motion {
+                positions: rest,
+                lost: Vectors::zero(count),
+                velocities: Vectors::zero(count),
+            },
+            living: Living {
+                nodes: count,
+                springs: mesh.springs.len(),
+                pentahedra: mesh.pentahedra.len(),
+            },
+            nodes,
+            springs,
+            pentahedra: Pentahedra {
+                nodes: mesh.pentahedra.clone(),
+                zone: mesh.zones.clone(),
+                rest_volume,
+                capsule_area,
+                alive: vec![true; mesh.pentahedra.len()],
+                share_start,
+                shares,
+            },
+            surface,
+            collapse: Collapse::new(count),
+            modulus_pa: material.modulus_pa,
+            pre_tension: 0.0,
+            mean_length,
+            reach: 0.0,
+            rest_volume_mm3: volume,
+            removed_volume_mm3: 0.0,
+            bound: None,
+            scratch: Scratch::new(count),
+        };
+        tissue.reach = (0..tissue.pentahedron_count() as u32)
+            .map(|pentahedron| {
+                let first = tissue.pentahedron_nodes(pentahedron)[0];
+                tissue.rest_position(first).distance(tissue.rest_centroid(pentahedron))
+            })
+            .fold(0.0, f32::max);
+        if let ShearResistance::PreTension(strain) = material.shear {
+            tissue.tension(strain);
+        }
+        Ok(tissue)
+    }
+
+    /// Shortens every spring's rest length by the strain and balances the tension in the shape as built.
+    fn tension(&mut self, strain: f32) {
+        self.pre_tension = strain;
+        for spring in 0..self.spring_count() as u32 {
+            self.springs.rest_length[spring as usize] *= 1.0 - strain;
+            self.shift_balance(spring, 1.0);
+        }
+    }
+
+    /// Pull of a spring's pre-tension on its first node in the rest shape, µN, by what now stands behind the spring.
+    pub(crate) fn pre_tension_of(&self, spring: u32) -> Vec3 {
+        let [a, b] = self.springs.nodes[spring as usize].map(|node| self.rest_position(node));
+        let (along, length) = (b - a).normalize_and_length();
+        let stiffness = self.modulus_pa as f32 * self.springs.backing[spring as usize] / (length * length);
+        along * (stiffness * length * self.pre_tension)
+    }
+}
+
+/// Sorts values by key, keeping their order, into one array with the start of each key's values.
+fn group<T: Copy + Default>(keys: usize, values: impl Iterator<Item = (u32, T)> + Clone) -> (Vec<u32>, Vec<T>) {
+    let mut start = vec![0u32; keys + 1];
+    for (key, _) in values.clone() {
+        start[key as usize + 1] += 1;
+    }
+    for key in 0..keys {
+        start[key + 1] += start[key];
+    }
+    let mut next = start.clone();
+    let mut grouped = vec![T::default(); start[keys] as usize];
+    for (key, value) in values {
+        grouped[next[key as usize] as usize] = value;
+        next[key as usize] += 1;
+    }
+    (start, grouped)
+}
+
+/// The ranges in which every value is above 0.
+fn ranges(values: &[f32]) -> Vec<Range<usize>> {
+    let mut ranges: Vec<Range<usize>> = Vec::new();
+    for (index, _) in values.iter().enumerate().filter(|(_, value)| **value > 0.0) {
+        match ranges.last_mut() {
+            Some(range) if range.end == index => range.end += 1,
+            _ => ranges.push(index..index + 1),
+        }
+    }
+    ranges
+}
+
+fn check(mesh: &TissueMesh, material: &Material) -> Result<(), MeshError> {
+    if let Some((field, value, expected)) = material.out_of_range() {
+        return Err(MeshError::Material { field, value, expected });
+    }
+    let counts = [
+        ("nodes", mesh.positions.len()),
+        ("springs", mesh.springs.len()),
+        ("pentahedra", mesh.pentahedra.len()),
+    ];
+    for (what, count) in counts {
+        if count == 0 {
+            return Err(MeshError::Empty(what));
+        }
+        if count > MOST {
+            return Err(MeshError::TooMany {
+                what,
+                count,
+                limit: MOST,
+            });
+        }
+    }
+    if mesh.zones.len() != mesh.pentahedra.len() {
+        return Err(MeshError::ZoneCount {
+            pentahedra: mesh.pentahedra.len(),
+            zones: mesh.zones.len(),
+        });
+    }
+    if let Some(node) = mesh.positions.iter().position(|position| !position.is_finite()) {
+        return Err(MeshError::NotFinite(node));
+    }
+    named(
+        "pentahedron",
+        "node",
+        mesh.positions.len(),
+        mesh.pentahedra.iter().map(|nodes| &nodes[..]),
+    )?;
+    named(
+        "spring",
+        "node",
+        mesh.positions.len(),
+        mesh.springs.iter().map(|nodes| &nodes[..]),
+    )?;
+    named(
+        "lumen entry",
+        "node",
+        mesh.positions.len(),
+        mesh.lumen.iter().map(std::slice::from_ref),
+    )?;
+    named(
+        "capsule entry",
+        "node",
+        mesh.positions.len(),
+        mesh.capsule.iter().map(std::slice::from_ref),
+    )?;
+    let (pentahedra, springs) = (mesh.pentahedra.len(), mesh.springs.len());
+    named(
+        "share",
+        "pentahedron",
+        pentahedra,
+        mesh.shares.iter().map(|share| std::slice::from_ref(&share.pentahedron)),
+    )?;
+    named(
+        "share",
+        "spring",
+        springs,
+        mesh.shares.iter().map(|share| std::slice::from_ref(&share.spring)),
+    )?;
+    let bad = |share: &Share| !(share.fraction.is_finite() && share.fraction >= 0.0);
+    match mesh.shares.iter().position(bad) {
+        Some(index) => Err(MeshError::Fraction {
+            index,
+            fraction: mesh.shares[index].fraction,
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Checks that every index in a list of lists is below `count`.
+fn named<'a>(
+    what: &'static str,
+    target: &'static str,
+    count: usize,
+    lists: impl Iterator<Item = &'a [u32]>,
+) -> Result<(), MeshError> {
+    for (index, list) in lists.enumerate() {
+        if let Some(&value) = list.iter().find(|&&value| value as usize >= count) {
+            return Err(MeshError::NoSuch {
+                what,
+                index,
+                target,
+                value,
+                count,
+            });
+        }
+    }
+    Ok(())
+}
+
+fn rest_volumes(mesh: &TissueMesh) -> Result<Vec<f64>, MeshError> {
+    // Of the positions as they are kept, so that the volume of the surface at rest is theirs.
+    let position = |node: u32| mesh.positions[node as usize].as_vec3().as_dvec3();
+    let volume_of = |(index, nodes): (usize, &[u32; 6])| {
+        let volume_mm3 = wedge::volume(nodes, position);
+        if volume_mm3 > 0.0 {
+            Ok(volume_mm3)
+        } else {
+            Err(MeshError::Inverted { index, volume_mm3 })
+        }
+    };
+    mesh.pentahedra.iter().enumerate().map(volume_of).collect()
+}
+
+/// Stiffness of the bed under every node, µN/mm, and the area of every pentahedron on the capsule, mm².
+///
+/// A capsule node carries a third of each exposed triangle whose corners all lie on the capsule. One that has no such
+/// triangle (a single point of attachment) carries the face of a cube of its own volume.
+fn support(
+    mesh: &TissueMesh,
+    material: &Material,
+    kind: &[NodeKind],
+    mass: &[f32],
+    surface: &Surface,
+) -> (Vec<f32>, Vec<f32>) {
+    let mut area = vec![0.0f64; mesh.positions.len()];
+    let mut capsule_area = vec![0.0f32; mesh.pentahedra.len()];
+    for (slot, triangle) in surface.triangles() {
+        if triangle.iter().all(|&node| kind[node as usize] == NodeKind::Capsule) {
+            let [a, b, c]: [DVec3; 3] = triangle.map(|node| mesh.positions[node as usize]);
+            let triangle_area = 0.5 * (b - a).cross(c - a).length();
+            capsule_area[surface.owner(slot) as usize] += triangle_area as f32;
+            triangle
+                .iter()
+                .for_each(|&node| area[node as usize] += triangle_area / 3.0);
+        }
+    }
+    for &node in &mesh.capsule {
+        let node = node as usize;
+        if area[node] == 0.0 {
+            area[node] = (f64::from(mass[node]) / material.density_g_per_mm3).powf(2.0 / 3.0);
+        }
+    }
+    let stiffness = area
+        .iter()
+        .map(|area| (material.support_pa_per_mm * area) as f32)
+        .collect();
+    (stiffness, capsule_area)
+}
+
+fn springs(mesh: &TissueMesh, material: &Material) -> Result<Springs, MeshError> {
+    let position = |node: u32| mesh.positions[node as usize].as_vec3();
+    let rest_length: Vec<f32> = mesh
+        .springs
+        .iter()
+        .map(|&[a, b]| position(a).distance(position(b)))
+        .collect();
+    if let Some(spring) = rest_length.iter().position(|length| *length <= 0.0) {
+        return Err(MeshError::NoLength(spring));
+    }
+    let count = mesh.springs.len();
+    let (mut backing, mut behind) = (vec![0.0f32; count], vec![0u16; count]);
+    let mut backed = vec![false; count];
+    for share in &mesh.shares {
+        let (pentahedron, spring) = (share.pentahedron as usize, share.spring as usize);
+        let nodes = &mesh.pentahedra[pentahedron];
+        let volume = wedge::volume(nodes, |node| position(node).as_dvec3());
+        backing[spring] += share.fraction * volume as f32;
+        backed[spring] = true;
+        behind[spring] += u16::from(mesh.springs[spring].iter().all(|end| nodes.contains(end)));
+    }
+    if let Some(spring) = backed.iter().position(|backed| !backed) {
+        return Err(MeshError::NothingBehind(spring));
+    }
+    let of_length = |(volume, length): (&f32, &f32)| material.modulus_pa as f32 * volume / (length * length);
+    let stiffness = backing.iter().zip(&rest_length).map(of_length).collect();
+    Ok(Springs::new(
+        mesh.springs.clone(),
+        stiffness,
+        rest_length,
+        behind,
+        backing,
+    ))
+}

@@ -1,0 +1,53 @@
+//! Energy and momentum of a tissue: what the laws of motion are checked against.
+
+use glam::DVec3;
+
+use crate::tissue::Tissue;
+
+/// Energy of a tissue by kind, nJ (µN·mm).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Energy {
+    /// Of motion.
+    pub kinetic: f64,
+    /// In the springs.
+    pub elastic: f64,
+    /// In the bed that holds the capsule.
+    pub support: f64,
+    /// Of the loads that balance pre-tension; 0 at rest, and only a sum with `elastic` means anything.
+    pub balance: f64,
+}
+
+impl Energy {
+    /// The sum, nJ.
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.elastic + self.support + self.balance
+    }
+}
+
+impl Tissue {
+    /// The energy as it is now.
+    pub fn energy(&self) -> Energy {
+        let mut energy = Energy::default();
+        for (spring, &[a, b]) in self.springs.nodes.iter().enumerate() {
+            let elongation =
+                self.position64(a).distance(self.position64(b)) - f64::from(self.springs.rest_length[spring]);
+            energy.elastic += 0.5 * f64::from(self.springs.stiffness[spring]) * elongation * elongation;
+        }
+        for node in (0..self.node_count() as u32).filter(|&node| self.is_node_alive(node)) {
+            let moved = self.position64(node) - self.rest_position(node).as_dvec3();
+            energy.kinetic += 0.5 * f64::from(self.mass_g(node)) * self.velocity(node).as_dvec3().length_squared();
+            energy.support += 0.5 * f64::from(self.nodes.support[node as usize]) * moved.length_squared();
+            energy.balance -= self.nodes.balance.at(node).as_dvec3().dot(moved);
+        }
+        energy
+    }
+
+    /// Momentum of all living nodes, g·mm/s.
+    pub fn momentum(&self) -> DVec3 {
+        let of = |node: u32| self.velocity(node).as_dvec3() * f64::from(self.mass_g(node));
+        (0..self.node_count() as u32)
+            .filter(|&node| self.is_node_alive(node))
+            .map(of)
+            .sum()
+    }
+}

@@ -1,0 +1,498 @@
+//! Motion: how a step is made and how long it may be.
+//!
+//! Equation (1) of the papers, `m x'' + gamma x' + g(x) = f`, is integrated by velocity Verlet with the damping integrated
+//! exactly: over half a step of length h the velocity obeys `v' = -r v + a` with constant acceleration a and rate
+//! `r = gamma / m`, so `v <- e^(-r h/2) v + (1 - e^(-r h/2)) / r a`. The order is 2; two half kicks in a row are one kick
+//! over h, so a substep costs one evaluation of the forces.
+//!
+//! For a spring of circular frequency w the step is stable while `h w² tanh(r h / 2) / r <= 2`, which is `h <= 2 / w`
+//! without damping and more with it. [`Tissue::bound_s`] takes w² from `2 Σ k / m` over the springs of a node, which no
+//! eigenvalue exceeds; the substeps of an advance follow from it.
+
+use glam::Vec3;
+
+use crate::Contact;
+use crate::tissue::{Motion, Tissue};
+use crate::vectors::Vectors;
+
+/// Substeps are shortened below the bound by this factor, so that rounding and a spring turned by a large motion do not
+/// meet the bound exactly.
+const SAFETY: f64 = 0.95;
+
+/// More substeps than this in one advance are refused: at 0.1 ms a substep that is 100 s.
+pub const MOST_SUBSTEPS: u32 = 1_000_000;
+
+/// What one advance did.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StepReport {
+    /// Substeps made.
+    pub substeps: u32,
+    /// Length of a substep, s.
+    pub substep_s: f64,
+    /// Longest stable substep, s.
+    pub bound_s: f64,
+    /// Nodes put aside during this advance, by rising index.
+    pub put_aside: Vec<PutAside>,
+    /// Contacts left out because a number in them was not finite, or a node in them does not live.
+    pub contacts_refused: usize,
+}
+
+/// A node whose motion stopped being finite. It stays at its last finite position and takes no further part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PutAside {
+    /// The node.
+    pub node: u32,
+    /// Its last finite position, mm.
+    pub position: Vec3,
+}
+
+/// An advance that was refused; nothing has moved.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum StepError {
+    /// The time to advance is NaN, infinite, zero or negative.
+    #[error("a step lasts {0} s, expected a finite time above 0")]
+    Duration(f64),
+    /// The time would take too many substeps.
+    #[error("a step of {duration_s} s takes {needed:.0} substeps of at most {bound_s} s, more than {MOST_SUBSTEPS}")]
+    TooManySubsteps {
+        /// The time asked for, s.
+        duration_s: f64,
+        /// Longest stable substep, s.
+        bound_s: f64,
+        /// How many would be needed.
+        needed: f64,
+    },
+}
+
+/// How an advance is divided.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Plan {
+    substeps: u32,
+    substep_s: f64,
+    bound_s: f64,
+}
+
+/// Arrays that an advance writes before it reads them; kept to avoid allocation.
+#[derive(Debug, Clone)]
+pub(crate) struct Scratch {
+    forces: Vectors,
+    external: Vectors,
+    start: Motion,
+    /// Over half a substep, and over a whole one.
+    half: Kick,
+    whole: Kick,
+    /// Stiffness of the springs around each node, for the bound.
+    stiffness: Vec<f32>,
+    /// The substep that the kicks hold for, s.
+    substep: Option<f64>,
+}
+
+impl Scratch {
+    pub fn new(count: usize) -> Scratch {
+        let vectors = || Vectors::zero(count);
+        Scratch {
+            forces: vectors(),
+            external: vectors(),
+            start: Motion::zero(count),
+            half: Kick::zero(count),
+            whole: Kick::zero(count),
+            stiffness: vec![0.0; count],
+            substep: None,
+        }
+    }
+}
+
+/// What a kick over some time does to the velocity of every node.
+#[derive(Debug, Clone)]
+struct Kick {
+    /// Factor left of the velocity.
+    decay: Vec<f32>,
+    /// Velocity gained per acceleration, s.
+    gain: Vec<f32>,
+    /// Velocity gained per force, s/g.
+    push: Vec<f32>,
+}
+
+impl Kick {
+    fn zero(count: usize) -> Kick {
+        Kick {
+            decay: vec![0.0; count],
+            gain: vec![0.0; count],
+            push: vec![0.0; count],
+        }
+    }
+
+    fn over(&mut self, time_s: f64, damping_rate: &[f32]) {
+        let mut last = None;
+        for ((decay, gain), &rate) in self.decay.iter_mut().zip(&mut self.gain).zip(damping_rate) {
+            // Most tissues have one rate: the exponential is computed once.
+            let (same_decay, same_gain) = match last {
+                Some((last_rate, values)) if last_rate == rate => values,
+                _ => exact_damping(time_s, f64::from(rate)),
+            };
+            last = Some((rate, (same_decay, same_gain)));
+            (*decay, *gain) = (same_decay, same_gain);
+        }
+    }
+
+    fn weigh(&mut self, inverse_mass: &[f32]) {
+        for ((push, gain), inverse_mass) in self.push.iter_mut().zip(&self.gain).zip(inverse_mass) {
+            *push = gain * inverse_mass;
+        }
+    }
+}
+
+/// What is left of a velocity after `time_s`, and what an acceleration adds to it in that time, s.
+fn exact_damping(time_s: f64, rate: f64) -> (f32, f32) {
+    let gain = if rate > 0.0 {
+        -(-rate * time_s).exp_m1() / rate
+    } else {
+        time_s
+    };
+    ((-rate * time_s).exp() as f32, gain as f32)
+}
+
+/// The longest h with `h w² tanh(r h / 2) / r <= 2`, by bisection between the bound without damping and one beyond it.
+fn longest_stable(square: f64, rate: f64) -> f64 {
+    if square <= 0.0 {
+        return f64::INFINITY;
+    }
+    let undamped = 2.0 / square.sqrt();
+    if !(rate > 0.0 && rate.is_finite()) {
+        return undamped;
+    }
+    let stable = |step: f64| step * square * (0.5 * rate * step).tanh() / rate <= 2.0;
+    // tanh <= 1, so 2 r / w² is stable whatever the step; tanh x <= x, so is the undamped bound.
+    let mut low = undamped.max(2.0 * rate / square);
+    let mut high = 2.0 * low;
+    while stable(high) {
+        (low, high) = (high, 2.0 * high);
+    }
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if stable(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+impl Tissue {
+    /// The longest stable substep, s; infinite for a tissue that no spring holds.
+    ///
+    /// Computed anew when a spring, a mass, a damping or what lives has changed.
+    pub fn bound_s(&mut self) -> f64 {
+        if let Some(bound) = self.bound {
+            return bound;
+        }
+        self.scratch.substep = None;
+        self.springs.sum_stiffness(&mut self.scratch.stiffness);
+        let mut square = 0.0f32;
+        let mut rate = f32::INFINITY;
+        for (node, &stiffness) in self.scratch.stiffness.iter().enumerate() {
+            let inverse_mass = self.nodes.inverse_mass[node];
+            if inverse_mass > 0.0 {
+                square = square.max((2.0 * stiffness + self.nodes.support[node]) * inverse_mass);
+                rate = rate.min(self.nodes.damping_rate[node]);
+            }
+        }
+        let bound = longest_stable(f64::from(square), f64::from(rate));
+        self.bound = Some(bound);
+        bound
+    }
+
+    /// Moves the tissue on by `duration_s`, in as many equal substeps as the bound asks for.
+    ///
+    /// Every contact holds after every substep, those later in the list winning over earlier ones. Should a number of a
+    /// node stop being finite, the advance is made again with that node put aside.
+    ///
+    /// # Errors
+    ///
+    /// When the duration is no positive number or would take more than [`MOST_SUBSTEPS`] substeps.
+    pub fn advance(&mut self, duration_s: f64, contacts: &[Contact]) -> Result<StepReport, StepError> {
+        let plan = self.plan(duration_s)?;
+        let usable = self.usable(contacts);
+        self.collapse.approach(duration_s);
+        self.scratch.start.copy_from(&self.motion);
+        self.run(plan, &usable);
+        let put_aside = if self.motion.is_finite() {
+            Vec::new()
+        } else {
+            self.run_with_care(plan, &usable)
+        };
+        self.collapse.arrive();
+        Ok(StepReport {
+            substeps: plan.substeps,
+            substep_s: plan.substep_s,
+            bound_s: plan.bound_s,
+            put_aside,
+            contacts_refused: contacts.len() - usable.len(),
+        })
+    }
+
+    /// Estimates the error of an advance, without making it: root mean square over the nodes, mm.
+    ///
+    /// By step doubling: the advance is tried with its substeps and with twice as many; the difference is 3/4 of the error
+    /// of a method of order 2. Costs three advances.
+    ///
+    /// # Errors
+    ///
+    /// As [`Tissue::advance`].
+    pub fn estimate_error_mm(&mut self, duration_s: f64, contacts: &[Contact]) -> Result<f64, StepError> {
+        let plan = self.plan(duration_s)?;
+        let usable = self.usable(contacts);
+        self.collapse.approach(duration_s);
+        self.scratch.start.copy_from(&self.motion);
+        self.run(plan, &usable);
+        let coarse = self.motion.positions.clone();
+        self.motion.copy_from(&self.scratch.start);
+        let finer = Plan {
+            substeps: 2 * plan.substeps,
+            substep_s: 0.5 * plan.substep_s,
+            ..plan
+        };
+        self.run(finer, &usable);
+        let sum: f64 = (0..self.node_count() as u32)
+            .filter(|&node| self.is_node_alive(node))
+            .map(|node| f64::from(coarse.at(node).distance_squared(self.motion.positions.at(node))))
+            .sum();
+        self.motion.copy_from(&self.scratch.start);
+        Ok(4.0 / 3.0 * (sum / self.living.nodes.max(1) as f64).sqrt())
+    }
+
+    fn plan(&mut self, duration_s: f64) -> Result<Plan, StepError> {
+        if !(duration_s.is_finite() && duration_s > 0.0) {
+            return Err(StepError::Duration(duration_s));
+        }
+        let bound_s = self.bound_s();
+        let needed = (duration_s / (SAFETY * bound_s)).ceil().max(1.0);
+        if needed > f64::from(MOST_SUBSTEPS) {
+            return Err(StepError::TooManySubsteps {
+                duration_s,
+                bound_s,
+                needed,
+            });
+        }
+        Ok(Plan {
+            substeps: needed as u32,
+            substep_s: duration_s / needed,
+            bound_s,
+        })
+    }
+
+    fn usable(&self, contacts: &[Contact]) -> Vec<Contact> {
+        let usable =
+            |contact: &&Contact| contact.is_finite() && contact.nodes.iter().all(|&node| self.is_node_alive(node));
+        contacts.iter().filter(usable).copied().collect()
+    }
+
+    /// Makes the substeps of a plan from where the tissue is.
+    fn run(&mut self, plan: Plan, contacts: &[Contact]) {
+        self.begin(plan);
+        for substep in 1..=plan.substeps {
+            self.substep(plan, substep, contacts);
+        }
+        self.scratch
+            .half
+            .apply(&self.scratch.forces, &mut self.motion.velocities);
+    }
+
+    /// Makes the same substeps again from the start, and puts aside every node whose motion stops being finite.
+    fn run_with_care(&mut self, plan: Plan, contacts: &[Contact]) -> Vec<PutAside> {
+        let start = self.scratch.start.clone();
+        self.motion.copy_from(&start);
+        self.begin(plan);
+        let mut put_aside = Vec::new();
+        for substep in 1..=plan.substeps {
+            let before = self.motion.clone();
+            self.substep(plan, substep, contacts);
+            self.put_aside_what_is_not_finite(&before, &mut put_aside);
+        }
+        self.scratch
+            .half
+            .apply(&self.scratch.forces, &mut self.motion.velocities);
+        put_aside.sort_unstable_by_key(|put_aside| put_aside.node);
+        put_aside
+    }
+
+    /// Loads, coefficients, forces, and the first half kick.
+    fn begin(&mut self, plan: Plan) {
+        let scratch = &mut self.scratch;
+        if scratch.substep != Some(plan.substep_s) {
+            scratch.half.over(0.5 * plan.substep_s, &self.nodes.damping_rate);
+            scratch.whole.over(plan.substep_s, &self.nodes.damping_rate);
+            scratch.substep = Some(plan.substep_s);
+        }
+        scratch.half.weigh(&self.nodes.inverse_mass);
+        scratch.whole.weigh(&self.nodes.inverse_mass);
+        let loads = [&self.nodes.load, &self.nodes.balance, self.collapse.current()].map(Vectors::each);
+        for (axis, external) in scratch.external.each_mut().into_iter().enumerate() {
+            let [load, balance, collapse] = loads.map(|load| &load[axis][..external.len()]);
+            for n in 0..external.len() {
+                external[n] = load[n] + balance[n] + collapse[n];
+            }
+        }
+        self.add_up_forces();
+        self.scratch
+            .half
+            .apply(&self.scratch.forces, &mut self.motion.velocities);
+    }
+
+    /// One substep: drift, contacts, forces at the new place, and a kick that ends this substep and begins the next.
+    fn substep(&mut self, plan: Plan, substep: u32, contacts: &[Contact]) {
+        if substep > 1 {
+            self.scratch
+                .whole
+                .apply(&self.scratch.forces, &mut self.motion.velocities);
+        }
+        self.motion.drift(plan.substep_s as f32);
+        let time = substep as f32 / plan.substeps as f32;
+        for contact in contacts {
+            self.motion.hold(contact, time, plan, &self.nodes.inverse_mass);
+        }
+        for (node, step) in self.collapse.steps() {
+            self.scratch.external.add(node, step / plan.substeps as f32);
+        }
+        self.add_up_forces();
+    }
+
+    fn add_up_forces(&mut self) {
+        let scratch = &mut self.scratch;
+        scratch.forces.copy_from(&scratch.external);
+        self.springs.add_forces(&self.motion.positions, &mut scratch.forces);
+        let positions = self.motion.positions.each();
+        let rest = self.nodes.rest.each();
+        for (axis, forces) in scratch.forces.each_mut().into_iter().enumerate() {
+            for bed in &self.nodes.supported {
+                let (support, forces) = (&self.nodes.support[bed.clone()], &mut forces[bed.clone()]);
+                let (place, rest) = (&positions[axis][bed.clone()], &rest[axis][bed.clone()]);
+                for n in 0..forces.len() {
+                    forces[n] += support[n] * (rest[n] - place[n]);
+                }
+            }
+        }
+    }
+
+    fn put_aside_what_is_not_finite(&mut self, before: &Motion, put_aside: &mut Vec<PutAside>) {
+        for node in 0..self.node_count() as u32 {
+            let finite = self.motion.positions.at(node).is_finite()
+                && self.motion.velocities.at(node).is_finite()
+                && self.scratch.forces.at(node).is_finite();
+            if finite || self.nodes.put_aside[node as usize] {
+                continue;
+            }
+            let position = before.positions.at(node);
+            self.motion.positions.set(node, position);
+            self.motion.lost.set(node, Vec3::ZERO);
+            self.motion.velocities.set(node, Vec3::ZERO);
+            let index = node as usize;
+            self.nodes.put_aside[index] = true;
+            self.nodes.inverse_mass[index] = 0.0;
+            self.scratch.half.push[index] = 0.0;
+            self.scratch.whole.push[index] = 0.0;
+            put_aside.push(PutAside { node, position });
+        }
+        if !put_aside.is_empty() {
+            self.add_up_forces();
+            for forces in self.scratch.forces.each_mut() {
+                for (force, put_aside) in forces.iter_mut().zip(&self.nodes.put_aside) {
+                    if *put_aside {
+                        *force = 0.0;
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Kick {
+    fn apply(&self, forces: &Vectors, velocities: &mut Vectors) {
+        for (velocities, forces) in velocities.each_mut().into_iter().zip(forces.each()) {
+            let count = velocities.len();
+            let (decay, push, forces) = (&self.decay[..count], &self.push[..count], &forces[..count]);
+            for n in 0..count {
+                velocities[n] = decay[n] * velocities[n] + push[n] * forces[n];
+            }
+        }
+    }
+}
+
+impl Motion {
+    fn zero(count: usize) -> Motion {
+        Motion {
+            positions: Vectors::zero(count),
+            lost: Vectors::zero(count),
+            velocities: Vectors::zero(count),
+        }
+    }
+
+    fn copy_from(&mut self, other: &Motion) {
+        self.positions.copy_from(&other.positions);
+        self.lost.copy_from(&other.lost);
+        self.velocities.copy_from(&other.velocities);
+    }
+
+    fn is_finite(&self) -> bool {
+        // A sum of products with 0 is 0, or NaN if anything was not finite; it vectorises where a search does not.
+        let all = self.positions.each().into_iter().chain(self.velocities.each());
+        all.map(|values| {
+            values
+                .chunks(64)
+                .map(|chunk| chunk.iter().map(|value| value * 0.0).sum::<f32>())
+                .sum::<f32>()
+        })
+        .sum::<f32>()
+            == 0.0
+    }
+
+    /// Moves every node on by its velocity, and keeps what rounding takes from the position (compensated summation).
+    fn drift(&mut self, time_s: f32) {
+        let velocities = self.velocities.each();
+        let lost = self.lost.each_mut();
+        for ((positions, lost), velocities) in self.positions.each_mut().into_iter().zip(lost).zip(velocities) {
+            let count = positions.len();
+            let (lost, velocities) = (&mut lost[..count], &velocities[..count]);
+            for n in 0..count {
+                let step = time_s * velocities[n] - lost[n];
+                let place = positions[n] + step;
+                lost[n] = (place - positions[n]) - step;
+                positions[n] = place;
+            }
+        }
+    }
+
+    /// Brings a contact's point to its side of the plane at `time` (0 to 1 over the advance), the nodes sharing the way by
+    /// weight and inverse mass, and takes the velocity that goes against the plane's own.
+    fn hold(&mut self, contact: &Contact, time: f32, plan: Plan, inverse_mass: &[f32]) {
+        let Contact {
+            nodes, weights, normal, ..
+        } = *contact;
+        let share = [0, 1, 2].map(|corner| weights[corner] * inverse_mass[nodes[corner] as usize]);
+        let compliance: f32 = share.iter().zip(&weights).map(|(share, weight)| share * weight).sum();
+        if compliance <= 0.0 {
+            return;
+        }
+        let along = |vectors: &Vectors| -> f32 {
+            nodes
+                .iter()
+                .zip(&weights)
+                .map(|(&node, weight)| weight * vectors.at(node).dot(normal))
+                .sum()
+        };
+        let offset = contact.offset_start + time * (contact.offset_end - contact.offset_start);
+        let depth = offset - along(&self.positions);
+        if depth <= 0.0 {
+            return;
+        }
+        let duration = plan.substep_s as f32 * plan.substeps as f32;
+        let against = (contact.offset_end - contact.offset_start) / duration - along(&self.velocities);
+        for (&node, share) in nodes.iter().zip(share) {
+            self.positions.add(node, normal * (depth * share / compliance));
+            if against > 0.0 {
+                self.velocities.add(node, normal * (against * share / compliance));
+            }
+        }
+    }
+}

@@ -1,0 +1,313 @@
+//! Resection: which pentahedra a cut takes, what leaves with them, and what stays behind.
+
+use std::collections::BTreeMap;
+
+use glam::{DVec3, Vec3};
+use resecta_anatomy::Zone;
+
+use crate::collapse::CollapseLaw;
+use crate::surface::SurfaceChange;
+use crate::sweep::LoopSweep;
+use crate::tissue::Tissue;
+
+/// What one cut removed. Volumes count rest volume, so that squeezed tissue weighs no less.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Resection {
+    /// Pentahedra removed, rising.
+    pub pentahedra: Vec<u32>,
+    /// Springs removed, rising.
+    pub springs: Vec<u32>,
+    /// Nodes removed, rising.
+    pub nodes: Vec<u32>,
+    /// Volume at rest, mm³.
+    pub rest_volume_mm3: f64,
+    /// Volume just before the cut, mm³: by so much the enclosed volume fell.
+    pub current_volume_mm3: f64,
+    /// Volume at rest by [`Zone::index`], mm³.
+    pub by_zone_mm3: [f64; Zone::COUNT],
+    /// Area of the capsule that went, mm².
+    pub capsule_area_mm2: f64,
+    /// What changed on the surface.
+    pub surface: SurfaceChange,
+}
+
+impl Tissue {
+    /// The papers' rule: the living pentahedra near a contact node, under the cutting radius.
+    ///
+    /// Those around the node itself are always taken; from there the search spreads through shared faces over pentahedra
+    /// whose centroid lies within `radius_mm` of the node, so its cost follows what is found and a cut does not reach
+    /// through a gap. Rising indices; empty if the node is not alive or the radius not above 0.
+    pub fn pentahedra_near(&self, node: u32, radius_mm: f64) -> Vec<u32> {
+        if !self.is_node_alive(node) || radius_mm.is_nan() || radius_mm <= 0.0 {
+            return Vec::new();
+        }
+        let centre = self.position(node);
+        let mut found: Vec<u32> = self.pentahedra_around(node).collect();
+        let mut seen: std::collections::BTreeSet<u32> = found.iter().copied().collect();
+        let mut next = 0;
+        while next < found.len() {
+            for neighbour in self.surface.neighbours(found[next], &self.pentahedra.alive) {
+                let within = f64::from(self.centroid(neighbour).distance(centre)) <= radius_mm;
+                if within && seen.insert(neighbour) {
+                    found.push(neighbour);
+                }
+            }
+            next += 1;
+        }
+        found.sort_unstable();
+        found
+    }
+
+    /// The living pentahedra whose centroid the loop passes over. Rising indices; empty if the sweep is not finite.
+    pub fn pentahedra_swept(&self, sweep: &LoopSweep) -> Vec<u32> {
+        if !sweep.is_finite() {
+            return Vec::new();
+        }
+        let (centre, radius) = sweep.bounding_ball();
+        let centre = centre.as_vec3();
+        // Twice the reach at rest: tissue under the loop is rarely stretched further.
+        let reach = radius as f32 + 2.0 * self.reach;
+        self.living_pentahedron_indices()
+            .filter(|&pentahedron| {
+                let first = self.pentahedra.nodes[pentahedron as usize][0];
+                self.position(first).distance_squared(centre) <= reach * reach
+            })
+            .filter(|&pentahedron| sweep.contains(self.centroid(pentahedron).as_dvec3()))
+            .collect()
+    }
+
+    /// Removes pentahedra, and with them the springs and nodes that nothing stands behind any more.
+    ///
+    /// Indices that name no living pentahedron are passed over. Nodes that stay lose the mass, springs that stay the
+    /// stiffness that the pentahedra lent them.
+    pub fn resect(&mut self, pentahedra: &[u32], law: Option<CollapseLaw>) -> Resection {
+        let mut removed: Vec<u32> = pentahedra
+            .iter()
+            .copied()
+            .filter(|&pentahedron| self.is_pentahedron_alive(pentahedron))
+            .collect();
+        removed.sort_unstable();
+        removed.dedup();
+        if removed.is_empty() {
+            return Resection::default();
+        }
+        let mut resection = self.account(&removed);
+        // Before anything changes: what each node lost, for the hydraulic law, and the volume around it.
+        let cavity = self.cavity(&removed, resection.current_volume_mm3);
+        let volume_before: BTreeMap<u32, f64> = cavity
+            .lost
+            .keys()
+            .map(|&node| (node, self.volume_around(node)))
+            .collect();
+
+        for &pentahedron in &removed {
+            self.pentahedra.alive[pentahedron as usize] = false;
+            for node in self.pentahedra.nodes[pentahedron as usize] {
+                self.nodes.pentahedra_left[node as usize] -= 1;
+            }
+        }
+        for &pentahedron in &removed {
+            self.surface.remove(
+                pentahedron,
+                &self.pentahedra.nodes,
+                &self.pentahedra.alive,
+                &mut resection.surface,
+            );
+        }
+        let gone = self.weaken_springs(&removed);
+        self.lighten_nodes(&volume_before);
+        match law {
+            Some(CollapseLaw::CompressionForce { share }) => self.compression_force(&gone, share),
+            Some(CollapseLaw::HydraulicPressure { resistance_un }) => self.hydraulic_pressure(&cavity, resistance_un),
+            None => {}
+        }
+        resection.nodes = self.remove_bare_nodes(cavity.lost.keys().copied(), &gone);
+        resection.springs = gone.iter().map(|(spring, _)| *spring).collect();
+        resection.pentahedra = removed;
+
+        self.living.pentahedra -= resection.pentahedra.len();
+        self.living.springs -= resection.springs.len();
+        self.living.nodes -= resection.nodes.len();
+        self.removed_volume_mm3 += resection.rest_volume_mm3;
+        self.bound = None;
+        resection
+    }
+
+    /// Volumes and areas of what is about to go.
+    fn account(&self, removed: &[u32]) -> Resection {
+        let mut resection = Resection::default();
+        for &pentahedron in removed {
+            let volume = self.rest_volume_mm3(pentahedron);
+            resection.rest_volume_mm3 += volume;
+            resection.by_zone_mm3[self.pentahedron_zone(pentahedron).index()] += volume;
+            resection.capsule_area_mm2 += f64::from(self.capsule_area_mm2(pentahedron));
+            resection.current_volume_mm3 += self.volume_of(pentahedron);
+        }
+        resection
+    }
+
+    fn cavity(&self, removed: &[u32], volume_mm3: f64) -> Cavity {
+        let mut lost: BTreeMap<u32, f32> = BTreeMap::new();
+        let mut centre = DVec3::ZERO;
+        for &pentahedron in removed {
+            let volume = self.volume_of(pentahedron);
+            centre += self.centroid(pentahedron).as_dvec3() * volume;
+            let ratio = (volume / self.rest_volume_mm3(pentahedron)) as f32;
+            for node in self.pentahedron_nodes(pentahedron) {
+                *lost.entry(node).or_default() += ratio;
+            }
+        }
+        Cavity {
+            centre: (centre / volume_mm3).as_vec3(),
+            lost,
+        }
+    }
+
+    fn volume_around(&self, node: u32) -> f64 {
+        self.pentahedra_around(node)
+            .map(|pentahedron| self.rest_volume_mm3(pentahedron))
+            .sum()
+    }
+
+    /// Takes from every spring what removed pentahedra lent it. Returns the springs that went, rising, with the stiffness
+    /// (µN/mm) they had before.
+    fn weaken_springs(&mut self, removed: &[u32]) -> Vec<(u32, f32)> {
+        let mut gone = Vec::new();
+        let mut stiffness_before: BTreeMap<u32, f32> = BTreeMap::new();
+        for &pentahedron in removed {
+            let corners = self.pentahedron_nodes(pentahedron);
+            for (spring, lent) in self.pentahedra.shares(pentahedron).to_vec() {
+                if self.springs.alive[spring as usize] {
+                    let before = *stiffness_before.entry(spring).or_insert(self.spring(spring).stiffness);
+                    self.weaken(spring, lent, &corners);
+                    if !self.springs.alive[spring as usize] {
+                        gone.push((spring, before));
+                    }
+                }
+            }
+        }
+        gone.sort_unstable_by_key(|&(spring, _)| spring);
+        gone
+    }
+
+    /// Takes from a spring the volume that a pentahedron with these corners lent it. The spring goes when no pentahedron
+    /// has both its ends any more; one across a cell, which none has, goes with the first.
+    fn weaken(&mut self, spring: u32, lent: f32, corners: &[u32; 6]) {
+        self.shift_balance(spring, -1.0);
+        let index = spring as usize;
+        let springs = &mut self.springs;
+        if springs.nodes[index].iter().all(|end| corners.contains(end)) {
+            springs.behind[index] -= 1;
+        }
+        let backing = springs.backing[index];
+        springs.alive[index] = springs.behind[index] > 0;
+        springs.backing[index] = if springs.alive[index] {
+            (backing - lent).max(0.0)
+        } else {
+            0.0
+        };
+        springs.stiffness[index] *= if backing > 0.0 {
+            springs.backing[index] / backing
+        } else {
+            0.0
+        };
+        self.shift_balance(spring, 1.0);
+    }
+
+    /// Adds (`1.0`) or takes away (`-1.0`) the load that balances a spring's pre-tension.
+    pub(crate) fn shift_balance(&mut self, spring: u32, sign: f32) {
+        if self.pre_tension == 0.0 {
+            return;
+        }
+        let tension = sign * self.pre_tension_of(spring);
+        let [a, b] = self.springs.nodes[spring as usize];
+        self.nodes.balance.add(a, -tension);
+        self.nodes.balance.add(b, tension);
+    }
+
+    /// Takes from every node the mass, and from its bed the stiffness, of what is gone around it.
+    fn lighten_nodes(&mut self, volume_before: &BTreeMap<u32, f64>) {
+        for (&node, before) in volume_before {
+            let left = (self.volume_around(node) / before) as f32;
+            let index = node as usize;
+            self.nodes.mass[index] *= left;
+            self.nodes.support[index] *= left;
+            if !self.nodes.put_aside[index] && left > 0.0 {
+                self.nodes.inverse_mass[index] = 1.0 / self.nodes.mass[index];
+            }
+        }
+    }
+
+    /// 2003 paper, II.C: see [`CollapseLaw::CompressionForce`].
+    fn compression_force(&mut self, gone: &[(u32, f32)], share: f32) {
+        for &(spring, stiffness) in gone {
+            let SpringEnds { stays, goes } = match self.ends(spring) {
+                Some(ends) => ends,
+                None => continue,
+            };
+            let towards = (self.position(goes) - self.position(stays)).normalize_or_zero();
+            let force = stiffness * self.springs.rest_length[spring as usize];
+            self.collapse.add(stays, towards * force * share);
+        }
+    }
+
+    /// The ends of a removed spring, where one stays and the other goes.
+    fn ends(&self, spring: u32) -> Option<SpringEnds> {
+        let [a, b] = self.springs.nodes[spring as usize];
+        match [a, b].map(|node| self.is_node_alive(node)) {
+            [true, false] => Some(SpringEnds { stays: a, goes: b }),
+            [false, true] => Some(SpringEnds { stays: b, goes: a }),
+            _ => None,
+        }
+    }
+
+    /// Second paper, equations (3) and (4): see [`CollapseLaw::HydraulicPressure`].
+    fn hydraulic_pressure(&mut self, cavity: &Cavity, resistance_un: f32) {
+        for (&node, ratios) in cavity
+            .lost
+            .iter()
+            .filter(|(node, _)| self.is_node_alive(**node))
+            .collect::<Vec<_>>()
+        {
+            let towards = (cavity.centre - self.position(node)).normalize_or_zero();
+            self.collapse.add(node, towards * resistance_un * *ratios);
+        }
+    }
+
+    /// Removes the nodes that no pentahedron holds any more. The resection force each had gathered goes, in equal parts,
+    /// to its former neighbours that stay.
+    fn remove_bare_nodes(&mut self, touched: impl Iterator<Item = u32>, gone: &[(u32, f32)]) -> Vec<u32> {
+        let bare: Vec<u32> = touched.filter(|&node| !self.is_node_alive(node)).collect();
+        let mut heirs: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        for &(spring, _) in gone {
+            if let Some(SpringEnds { stays, goes }) = self.ends(spring) {
+                heirs.entry(goes).or_default().push(stays);
+            }
+        }
+        for &node in &bare {
+            let force = self.collapse.take(node);
+            let index = node as usize;
+            self.nodes.inverse_mass[index] = 0.0;
+            self.nodes.load.set(node, Vec3::ZERO);
+            self.nodes.balance.set(node, Vec3::ZERO);
+            self.motion.velocities.set(node, Vec3::ZERO);
+            if let Some(heirs) = heirs.get(&node).filter(|_| force != Vec3::ZERO) {
+                heirs
+                    .iter()
+                    .for_each(|&heir| self.collapse.add(heir, force / heirs.len() as f32));
+            }
+        }
+        bare
+    }
+}
+
+/// What a cut leaves: its centre, and for every node it touched the sum of V^c / V^0 of the pentahedra lost there.
+struct Cavity {
+    centre: Vec3,
+    lost: BTreeMap<u32, f32>,
+}
+
+struct SpringEnds {
+    stays: u32,
+    goes: u32,
+}

@@ -1,0 +1,59 @@
+//! Tissues that the tests share.
+#![allow(dead_code)] // Each test file uses some of them.
+
+use glam::{DVec2, DVec3};
+use resecta_anatomy::{Lattice, LatticeOptions, Section};
+use resecta_solver::{Material, ShearResistance, Tissue, TissueMesh};
+
+/// A tube of 40 mm outer and 8 mm inner diameter, 30 mm long.
+pub fn tube(alpha_deg: f64, shear: ShearResistance) -> Tissue {
+    let lattice = tube_lattice(alpha_deg);
+    let material = Material {
+        shear,
+        ..Material::default()
+    };
+    Tissue::new(&TissueMesh::from_lattice(&lattice, shear), &material).expect("a tube is a tissue")
+}
+
+pub fn tube_lattice(alpha_deg: f64) -> Lattice {
+    let circle = |radius: f64| -> Vec<DVec2> {
+        (0..180).map(|n| DVec2::from_angle(f64::from(n) * std::f64::consts::TAU / 180.0) * radius).collect()
+    };
+    let (outer, inner) = (circle(20.0), circle(4.0));
+    let sections: Vec<Section> = (0..7)
+        .map(|n| Section {
+            z: 5.0 * f64::from(n),
+            outer: &outer,
+            inner: &inner,
+        })
+        .collect();
+    let options = LatticeOptions {
+        alpha_deg,
+        ..LatticeOptions::default()
+    };
+    Lattice::from_sections(&sections, &options).expect("a tube is a lattice")
+}
+
+/// A block of `n` cubes along each side, each of edge `edge` mm, cut into two pentahedra; nothing holds it.
+pub fn block_mesh(n: [u32; 3], edge: f64) -> TissueMesh {
+    let index = |x: u32, y: u32, z: u32| (z * (n[1] + 1) + y) * (n[0] + 1) + x;
+    let mut positions = Vec::new();
+    for z in 0..=n[2] {
+        for y in 0..=n[1] {
+            for x in 0..=n[0] {
+                positions.push(DVec3::new(x.into(), y.into(), z.into()) * edge);
+            }
+        }
+    }
+    let mut pentahedra = Vec::new();
+    for z in 0..n[2] {
+        for y in 0..n[1] {
+            for x in 0..n[0] {
+                let c = |dx, dy, dz| index(x + dx, y + dy, z + dz);
+                pentahedra.push([c(0, 0, 0), c(1, 1, 0), c(1, 0, 0), c(0, 0, 1), c(1, 1, 1), c(1, 0, 1)]);
+                pentahedra.push([c(0, 0, 0), c(0, 1, 0), c(1, 1, 0), c(0, 0, 1), c(0, 1, 1), c(1, 1, 1)]);
+            }
+        }
+    }
+    TissueMesh::from_pentahedra(positions, pentahedra)
+}
