@@ -37,7 +37,7 @@ pub struct StepReport {
     pub contacts_refused: usize,
 }
 
-/// A node whose motion stopped being finite. It stays at its last finite position and takes no further part.
+/// A node whose velocity stopped being one that tissue can have (finite, below a kilometre a second). It stays at its last finite position and takes no further part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PutAside {
     /// The node.
@@ -205,8 +205,8 @@ impl Tissue {
 
     /// Moves the tissue on by `duration_s`, in as many equal substeps as the bound asks for.
     ///
-    /// Every contact holds after every substep, those later in the list winning over earlier ones. Should a number of a
-    /// node stop being finite, the advance is made again with that node put aside.
+    /// Every contact holds after every substep, those later in the list winning over earlier ones. Should the
+    /// velocity of a node stop being one that tissue can have, the advance is made again with that node put aside.
     ///
     /// # Errors
     ///
@@ -217,7 +217,7 @@ impl Tissue {
         self.collapse.approach(duration_s);
         self.scratch.start.copy_from(&self.motion);
         self.run(plan, &usable);
-        let put_aside = if self.motion.is_finite() {
+        let put_aside = if self.motion.is_sound() {
             Vec::new()
         } else {
             self.run_with_care(plan, &usable)
@@ -299,7 +299,7 @@ impl Tissue {
             .apply(&self.scratch.forces, &mut self.motion.velocities);
     }
 
-    /// Makes the same substeps again from the start, and puts aside every node whose motion stops being finite.
+    /// Makes the same substeps again from the start, and puts aside every node whose motion stops being sound.
     fn run_with_care(&mut self, plan: Plan, contacts: &[Contact]) -> Vec<PutAside> {
         let start = self.scratch.start.clone();
         self.motion.copy_from(&start);
@@ -308,7 +308,7 @@ impl Tissue {
         for substep in 1..=plan.substeps {
             let before = self.motion.clone();
             self.substep(plan, substep, contacts);
-            self.put_aside_what_is_not_finite(&before, &mut put_aside);
+            self.put_aside_what_is_not_sound(&before, &mut put_aside);
         }
         self.scratch
             .half
@@ -375,36 +375,35 @@ impl Tissue {
         }
     }
 
-    fn put_aside_what_is_not_finite(&mut self, before: &Motion, put_aside: &mut Vec<PutAside>) {
+    /// Stops every node that [`is_sound`] does not hold for where it was before, and works out the forces without it.
+    fn put_aside_what_is_not_sound(&mut self, before: &Motion, put_aside: &mut Vec<PutAside>) {
+        let known = put_aside.len();
         for node in 0..self.node_count() as u32 {
-            let finite = self.motion.positions.at(node).is_finite()
-                && self.motion.velocities.at(node).is_finite()
-                && self.scratch.forces.at(node).is_finite();
-            if finite || self.nodes.put_aside[node as usize] {
+            if self.motion.velocities.at(node).to_array().into_iter().all(is_sound) {
                 continue;
             }
-            let position = before.positions.at(node);
+            let (index, position) = (node as usize, before.positions.at(node));
             self.motion.positions.set(node, position);
             self.motion.lost.set(node, Vec3::ZERO);
             self.motion.velocities.set(node, Vec3::ZERO);
-            let index = node as usize;
             self.nodes.put_aside[index] = true;
             self.nodes.inverse_mass[index] = 0.0;
+            // What pushed it may be infinite, and 0 times infinity is not 0.
+            self.nodes.load.set(node, Vec3::ZERO);
+            self.scratch.external.set(node, Vec3::ZERO);
             self.scratch.half.push[index] = 0.0;
             self.scratch.whole.push[index] = 0.0;
             put_aside.push(PutAside { node, position });
         }
-        if !put_aside.is_empty() {
+        if put_aside.len() > known {
             self.add_up_forces();
-            for forces in self.scratch.forces.each_mut() {
-                for (force, put_aside) in forces.iter_mut().zip(&self.nodes.put_aside) {
-                    if *put_aside {
-                        *force = 0.0;
-                    }
-                }
-            }
         }
     }
+}
+
+/// Whether a component of a velocity, mm/s, is one that tissue can have: finite, and below a kilometre a second.
+fn is_sound(velocity: f32) -> bool {
+    velocity.abs() < 1e6
 }
 
 impl Kick {
@@ -434,17 +433,11 @@ impl Motion {
         self.velocities.copy_from(&other.velocities);
     }
 
-    fn is_finite(&self) -> bool {
-        // A sum of products with 0 is 0, or NaN if anything was not finite; it vectorises where a search does not.
-        let all = self.positions.each().into_iter().chain(self.velocities.each());
-        all.map(|values| {
-            values
-                .chunks(64)
-                .map(|chunk| chunk.iter().map(|value| value * 0.0).sum::<f32>())
-                .sum::<f32>()
-        })
-        .sum::<f32>()
-            == 0.0
+    /// Whether [`is_sound`] holds for every node.
+    fn is_sound(&self) -> bool {
+        // No early exit: the whole scan vectorises.
+        let all_sound = |values: &[f32]| values.iter().fold(true, |sound, &value| sound & is_sound(value));
+        self.velocities.each().into_iter().all(all_sound)
     }
 
     /// Moves every node on by its velocity, and keeps what rounding takes from the position (compensated summation).

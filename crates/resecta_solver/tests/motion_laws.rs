@@ -1,0 +1,240 @@
+//! Laws of motion: what the equations say, whatever the numbers.
+
+mod common;
+
+use common::{block_mesh, tube};
+use glam::{DVec3, Vec3};
+use resecta_solver::{Contact, Material, ShearResistance, StepError, Tissue, TissueMesh, reference};
+
+/// A block that nothing holds and nothing damps.
+fn free_block(n: [u32; 3]) -> Tissue {
+    let material = Material {
+        viscosity_pa_s: 0.0,
+        support_pa_per_mm: 0.0,
+        ..Material::default()
+    };
+    Tissue::new(&block_mesh(n, 2.0), &material).expect("a block is a tissue")
+}
+
+/// Starts a block shaking: the same motion whatever the step.
+fn shake(tissue: &mut Tissue) {
+    for node in 0..tissue.node_count() as u32 {
+        let place = tissue.position(node);
+        let velocity = Vec3::new((place.y * 0.7).sin(), (place.z * 0.9).cos(), (place.x * 0.5).sin()) * 60.0;
+        tissue.set_velocity(node, velocity).expect("a finite velocity");
+    }
+}
+
+fn rms(tissue: &Tissue, reference: &[DVec3]) -> f64 {
+    let sum: f64 = (0..tissue.node_count() as u32)
+        .map(|node| tissue.position(node).as_dvec3().distance_squared(reference[node as usize]))
+        .sum();
+    (sum / tissue.node_count() as f64).sqrt()
+}
+
+#[test]
+fn a_tissue_at_rest_stays_at_rest() {
+    for shear in [ShearResistance::None, ShearResistance::PreTension(0.03), ShearResistance::Diagonals] {
+        let mut tissue = tube(12.0, shear);
+        let before: Vec<Vec3> = (0..tissue.node_count() as u32).map(|node| tissue.position(node)).collect();
+        tissue.advance(0.5, &[]).expect("a plain advance");
+        for (node, before) in (0..).zip(&before) {
+            assert!(tissue.position(node).distance(*before) < 1e-5, "{shear:?}, node {node}");
+        }
+    }
+}
+
+#[test]
+fn momentum_of_a_free_block_is_constant() {
+    let mut tissue = free_block([4, 3, 3]);
+    shake(&mut tissue);
+    let (before, mass) = (tissue.momentum(), tissue.initial_volume_mm3() * 1e-3);
+    tissue.advance(0.2, &[]).expect("a plain advance");
+    let change = (tissue.momentum() - before).length() / mass;
+    assert!(change < 1e-3, "the mean velocity changed by {change} mm/s");
+}
+
+#[test]
+fn without_damping_energy_keeps_its_value() {
+    let mut tissue = free_block([4, 3, 3]);
+    shake(&mut tissue);
+    let before = tissue.energy().total();
+    let mut worst = 0.0f64;
+    for _ in 0..60 {
+        tissue.advance(1.0 / 60.0, &[]).expect("a plain advance");
+        worst = worst.max((tissue.energy().total() / before - 1.0).abs());
+    }
+    // A symplectic step swings about the true energy by a part that falls with the step squared and does not drift.
+    assert!(worst < 0.02, "{worst}");
+}
+
+#[test]
+fn with_damping_and_no_load_energy_never_grows() {
+    let mut tissue = tube(12.0, ShearResistance::Diagonals);
+    shake(&mut tissue);
+    let mut last = tissue.energy().total();
+    for _ in 0..120 {
+        tissue.advance(1.0 / 60.0, &[]).expect("a plain advance");
+        let energy = tissue.energy().total();
+        assert!(energy <= last * (1.0 + 1e-6) + 1e-6, "{energy} after {last}");
+        last = energy;
+    }
+}
+
+#[test]
+fn the_step_is_of_order_two_against_the_reference() {
+    let mut start = tube(12.0, ShearResistance::Diagonals);
+    for node in 0..start.node_count() as u32 {
+        let place = start.position(node);
+        start.set_velocity(node, Vec3::new(place.z, place.x, place.y) * 3.0).expect("a finite velocity");
+    }
+    let time = 0.004;
+    let exact = reference::positions_after(&start, time, 400);
+    let error = |pieces: u32| {
+        let mut tissue = start.clone();
+        for _ in 0..pieces {
+            tissue.advance(time / f64::from(pieces), &[]).expect("a plain advance");
+        }
+        rms(&tissue, &exact)
+    };
+    // At these counts each piece is one substep.
+    let (coarse, fine) = (error(40), error(80));
+    let order = (coarse / fine).log2();
+    assert!((1.8..2.3).contains(&order), "order {order}: {coarse} then {fine} mm");
+}
+
+#[test]
+fn a_node_falling_against_drag_follows_the_closed_form() {
+    // All nodes under the same load per mass: the block falls as a point, z = (g/r) t - (g/r²) (1 - e^(-r t)).
+    let material = Material {
+        viscosity_pa_s: 0.02,
+        support_pa_per_mm: 0.0,
+        ..Material::default()
+    };
+    let mut tissue = Tissue::new(&block_mesh([3, 3, 3], 2.0), &material).expect("a block is a tissue");
+    let gravity = 9810.0f32;
+    for node in 0..tissue.node_count() as u32 {
+        tissue.set_load(node, Vec3::Z * gravity * tissue.mass_g(node)).expect("a finite load");
+    }
+    let start = tissue.position(0).z;
+    let time = 0.25;
+    tissue.advance(time, &[]).expect("a plain advance");
+    let rate = material.damping_rate(tissue.initial_volume_mm3());
+    let g = f64::from(gravity);
+    let exact = g / rate * time - g / (rate * rate) * (1.0 - (-rate * time).exp());
+    let fallen = f64::from(tissue.position(0).z - start);
+    assert!((fallen / exact - 1.0).abs() < 1e-4, "{fallen} against {exact}");
+}
+
+#[test]
+fn steps_within_the_bound_are_stable_and_the_bound_grows_with_damping() {
+    let with_viscosity = |viscosity_pa_s: f64| {
+        let material = Material {
+            viscosity_pa_s,
+            ..Material::default()
+        };
+        Tissue::new(&block_mesh([4, 4, 4], 1.0), &material).expect("a block is a tissue")
+    };
+    let mut bounds = Vec::new();
+    for viscosity in [0.0, 10.0, 100.0, 10_000.0] {
+        let mut tissue = with_viscosity(viscosity);
+        shake(&mut tissue);
+        let before = tissue.energy().total();
+        tissue.advance(0.5, &[]).expect("a plain advance");
+        assert!(tissue.energy().total() <= before * 1.02, "viscosity {viscosity}");
+        bounds.push(tissue.bound_s());
+    }
+    assert!(bounds.windows(2).all(|pair| pair[1] >= pair[0]), "{bounds:?}");
+    assert!(bounds[3] > 2.0 * bounds[0], "{bounds:?}");
+}
+
+#[test]
+fn a_turned_and_moved_scene_gives_the_turned_and_moved_answer() {
+    let turn = |place: DVec3| DVec3::new(-place.y, place.x, place.z) + DVec3::new(8.0, -16.0, 4.0);
+    let mesh = block_mesh([3, 3, 3], 2.0);
+    let turned_mesh = TissueMesh {
+        positions: mesh.positions.iter().copied().map(turn).collect(),
+        ..mesh.clone()
+    };
+    let material = Material::default();
+    let mut tissue = Tissue::new(&mesh, &material).expect("a block is a tissue");
+    let mut turned = Tissue::new(&turned_mesh, &material).expect("a turned block is a tissue");
+    tissue.set_load(5, Vec3::new(500.0, 200.0, -300.0)).expect("a finite load");
+    turned.set_load(5, Vec3::new(-200.0, 500.0, -300.0)).expect("a finite load");
+    tissue.advance(0.1, &[]).expect("a plain advance");
+    turned.advance(0.1, &[]).expect("a plain advance");
+    for node in 0..tissue.node_count() as u32 {
+        let expected = turn(tissue.position(node).as_dvec3());
+        assert!(turned.position(node).as_dvec3().distance(expected) < 1e-4, "node {node}");
+    }
+}
+
+#[test]
+fn a_contact_holds_its_plane_and_leaves_the_rest_alone() {
+    let mut tissue = tube(12.0, ShearResistance::Diagonals);
+    let [a, b, c] = tissue.surface().triangle(0).expect("a tube has a surface");
+    let normal = Vec3::Z;
+    let at = |tissue: &Tissue| (tissue.position(a) + tissue.position(b) + tissue.position(c)).dot(normal) / 3.0;
+    let start = at(&tissue);
+    let contact = Contact {
+        nodes: [a, b, c],
+        weights: [1.0 / 3.0; 3],
+        normal,
+        offset_start: start,
+        offset_end: start + 1.0,
+    };
+    tissue.advance(1.0 / 60.0, &[contact]).expect("a plain advance");
+    assert!(at(&tissue) >= start + 1.0 - 1e-4, "{} against {}", at(&tissue), start + 1.0);
+    assert!(at(&tissue) < start + 1.5);
+}
+
+#[test]
+fn contacts_that_make_no_sense_are_counted_and_left_out() {
+    let mut tissue = free_block([2, 2, 2]);
+    let contact = |nodes: [u32; 3], offset_end: f32| Contact {
+        nodes,
+        weights: [1.0, 0.0, 0.0],
+        normal: Vec3::X,
+        offset_start: 0.0,
+        offset_end,
+    };
+    let contacts = [contact([0, 1, 2], f32::NAN), contact([0, 1, 9999], 1.0)];
+    let report = tissue.advance(0.01, &contacts).expect("a plain advance");
+    assert_eq!(report.contacts_refused, 2);
+    assert_eq!(tissue.validate(), Ok(()));
+}
+
+#[test]
+fn times_that_make_no_sense_are_refused_and_nothing_moves() {
+    let mut tissue = free_block([2, 2, 2]);
+    shake(&mut tissue);
+    let before = tissue.position(3);
+    for time in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(tissue.advance(time, &[]), Err(StepError::Duration(_))), "{time}");
+    }
+    assert!(matches!(tissue.advance(1e9, &[]), Err(StepError::TooManySubsteps { .. })));
+    assert_eq!(tissue.position(3), before);
+}
+
+#[test]
+fn a_node_whose_motion_is_not_finite_is_put_aside_and_the_rest_goes_on() {
+    let mut tissue = tube(12.0, ShearResistance::Diagonals);
+    tissue.set_load(40, Vec3::splat(f32::MAX)).expect("a finite load");
+    let report = tissue.advance(1.0 / 60.0, &[]).expect("a plain advance");
+    assert_eq!(report.put_aside.first().map(|aside| aside.node), Some(40), "{report:?}");
+    assert!(tissue.is_put_aside(40));
+    assert_eq!(tissue.validate(), Ok(()));
+    tissue.advance(1.0 / 60.0, &[]).expect("the rest goes on");
+}
+
+#[test]
+fn the_estimate_of_the_error_follows_the_true_error() {
+    let mut tissue = tube(12.0, ShearResistance::Diagonals);
+    shake(&mut tissue);
+    let time = 1.0 / 60.0;
+    let exact = reference::positions_after(&tissue, time, 2000);
+    let estimate = tissue.estimate_error_mm(time, &[]).expect("a plain estimate");
+    tissue.advance(time, &[]).expect("a plain advance");
+    let error = rms(&tissue, &exact);
+    assert!(estimate < 3.0 * error && error < 3.0 * estimate, "estimated {estimate}, found {error}");
+}
