@@ -1,0 +1,100 @@
+//! The shape of the instrument in its own frame.
+//!
+//! Local frame: origin at the middle of the sheath's tip, `-Z` forward (towards the bladder), `+Y` up (anterior at roll 0),
+//! `+X` to the operator's right. The loop hangs along `-Y`.
+
+use std::f32::consts::PI;
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Straight pieces that the loop's wire is made of. With 12 they leave the curve by at most `depth (1 - cos 7.5°)` =
+/// 0.04 mm, a quarter of the wire's radius.
+const HALF_CIRCLE_PIECES: usize = 12;
+
+/// Measures of the instrument, mm unless named otherwise.
+#[derive(Reflect, Serialize, Deserialize, Debug, Clone, Copy, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct ResectoscopeGeometry {
+    /// Outer diameter of the sheath.
+    pub sheath_diameter_mm: f32,
+    /// Length of the sheath from its tip outwards.
+    pub sheath_length_mm: f32,
+    /// Diameter of the telescope.
+    pub telescope_diameter_mm: f32,
+    /// Height of the telescope's axis above the sheath's axis.
+    pub telescope_offset_mm: f32,
+    /// Angle by which the view is inclined from the sheath's axis towards the loop, degrees.
+    pub lens_deg: f32,
+    /// Full angle of the round field of view, degrees.
+    pub field_of_view_deg: f32,
+    /// Width of the loop's open side.
+    pub loop_width_mm: f32,
+    /// Depth of the loop from its open side to its deepest point.
+    pub loop_depth_mm: f32,
+    /// Diameter of the loop's wire.
+    pub wire_diameter_mm: f32,
+    /// Diameter of the two insulated arms that carry the loop.
+    pub arm_diameter_mm: f32,
+}
+
+impl Default for ResectoscopeGeometry {
+    /// The constants of this instrument and their bases:
+    ///
+    /// - sheath 24 Fr = 8.0 mm (calc; 26 Fr = 8.7 mm is the other common size: the smaller one suits the narrow lumen of a
+    ///   30 ml gland), 200 mm long (ours: from the tip to well outside of the body);
+    /// - telescope 4 mm, lens 30°, field of view 75° in water, the middle of 70 to 80° (practice); 1.5 mm above the axis
+    ///   (ours: it lies in the sheath's upper half);
+    /// - loop 6.5 mm wide and 4.5 mm deep, wire 0.35 mm: the middles of 6 to 7, 4 to 5 and 0.3 to 0.4 mm (practice);
+    /// - arms 0.8 mm (ours: the wire and its insulation).
+    fn default() -> Self {
+        ResectoscopeGeometry {
+            sheath_diameter_mm: 8.0,
+            sheath_length_mm: 200.0,
+            telescope_diameter_mm: 4.0,
+            telescope_offset_mm: 1.5,
+            lens_deg: 30.0,
+            field_of_view_deg: 75.0,
+            loop_width_mm: 6.5,
+            loop_depth_mm: 4.5,
+            wire_diameter_mm: 0.35,
+            arm_diameter_mm: 0.8,
+        }
+    }
+}
+
+impl ResectoscopeGeometry {
+    /// The sheath as a capsule: its middle line from the outer end to one radius behind the tip, so that the round cap
+    /// ends at the tip.
+    pub fn sheath_segment(&self) -> [Vec3; 2] {
+        let radius = self.sheath_diameter_mm / 2.0;
+        [Vec3::Z * self.sheath_length_mm.max(radius), Vec3::Z * radius]
+    }
+
+    /// The middle of the loop's open side, on the sheath's axis `stroke_mm` in front of the tip.
+    pub fn loop_centre(&self, stroke_mm: f32) -> Vec3 {
+        Vec3::NEG_Z * stroke_mm
+    }
+
+    /// The middle line of the loop's wire, from the right end of its open side over the deepest point to the left end.
+    ///
+    /// A half circle of the loop's width, stretched to its depth: the outline of what a pull cuts out.
+    pub fn loop_wire(&self, stroke_mm: f32) -> Vec<Vec3> {
+        let centre = self.loop_centre(stroke_mm);
+        (0..=HALF_CIRCLE_PIECES)
+            .map(|piece| {
+                let (sin, cos) = (PI * piece as f32 / HALF_CIRCLE_PIECES as f32).sin_cos();
+                centre + Vec3::new(cos * self.loop_width_mm / 2.0, -sin * self.loop_depth_mm, 0.0)
+            })
+            .collect()
+    }
+
+    /// The middle lines of the two arms, from the sheath's tip to the ends of the loop's open side.
+    pub fn arms(&self, stroke_mm: f32) -> [[Vec3; 2]; 2] {
+        let loop_centre = self.loop_centre(stroke_mm);
+        [0.5, -0.5].map(|side| {
+            let top = Vec3::X * side * self.loop_width_mm;
+            [top, top + loop_centre]
+        })
+    }
+}

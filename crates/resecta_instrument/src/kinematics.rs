@@ -1,0 +1,143 @@
+//! The resectoscope and its forward kinematics: from an [`InstrumentState`] to poses in the world.
+//!
+//! The sheath passes through one fixed point, the pivot, where the patient's body holds it. A state turns the sheath about
+//! the pivot and slides it along its own axis; nothing else can move.
+
+use bevy::prelude::*;
+use thiserror::Error;
+
+use crate::{
+    InstrumentLimits, InstrumentPlayback, InstrumentRequest, InstrumentSource, InstrumentState, ResectoscopeGeometry,
+};
+use resecta_tissue::TissueTool;
+
+/// Why a [`Resectoscope`] was refused.
+#[derive(Error, Debug, Clone, Copy, PartialEq)]
+pub enum ResectoscopeError {
+    /// The pivot is NaN or infinite.
+    #[error("pivot is {0}, expected finite coordinates")]
+    Pivot(Vec3),
+    /// The axis has no direction.
+    #[error("axis is {0}, expected a finite vector that is not zero")]
+    Axis(Vec3),
+    /// The up vector has no direction across the axis.
+    #[error("up is {up}, expected a finite vector that is not parallel to the axis {axis}")]
+    Up {
+        /// The vector given.
+        up: Vec3,
+        /// The instrument's axis.
+        axis: Vec3,
+    },
+}
+
+/// A resectoscope held by a pivot. Inserting or changing it places the instrument anew: no tissue is swept on the way.
+#[derive(Component, Reflect, Debug, Clone, PartialEq)]
+#[reflect(Component)]
+#[require(
+    InstrumentState,
+    InstrumentRequest,
+    InstrumentSource,
+    InstrumentPlayback,
+    TissueTool,
+    Transform
+)]
+pub struct Resectoscope {
+    pivot: Vec3,
+    frame: Quat,
+    /// Range and fastest change of every field.
+    pub limits: InstrumentLimits,
+    /// Measures of the instrument.
+    pub geometry: ResectoscopeGeometry,
+}
+
+/// The loop in the world, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoopPose {
+    /// Middle of the loop's open side.
+    pub centre: Vec3,
+    /// Unit normal of the loop's plane, in the direction of the pull (towards the operator).
+    pub travel: Vec3,
+    /// Unit vector from the open side towards the deepest point.
+    pub down: Vec3,
+}
+
+impl Resectoscope {
+    /// A resectoscope of default limits and geometry.
+    ///
+    /// `pivot` (mm) is the point that the sheath always passes through, `axis` its direction at pitch and yaw 0, towards
+    /// the bladder, and `up` the direction of anterior; neither needs unit length, and `up` is made perpendicular.
+    ///
+    /// # Errors
+    /// [`ResectoscopeError`] names the vector that is not finite or has no direction.
+    pub fn new(pivot: Vec3, axis: Vec3, up: Vec3) -> Result<Self, ResectoscopeError> {
+        if !pivot.is_finite() {
+            return Err(ResectoscopeError::Pivot(pivot));
+        }
+        let forward = axis.try_normalize().ok_or(ResectoscopeError::Axis(axis))?;
+        // Within half a degree of the axis the rounding of `up` would decide where anterior is.
+        let right = up
+            .try_normalize()
+            .map(|up| forward.cross(up))
+            .filter(|right| right.length() > 0.01)
+            .and_then(Vec3::try_normalize)
+            .ok_or(ResectoscopeError::Up { up, axis })?;
+        let frame = Quat::from_mat3(&Mat3::from_cols(right, right.cross(forward), -forward)).normalize();
+        Ok(Resectoscope {
+            pivot,
+            frame,
+            limits: InstrumentLimits::default(),
+            geometry: ResectoscopeGeometry::default(),
+        })
+    }
+
+    /// The point that the sheath always passes through, mm.
+    pub fn pivot(&self) -> Vec3 {
+        self.pivot
+    }
+
+    /// The sheath's direction at pitch and yaw 0, towards the bladder.
+    pub fn axis(&self) -> Vec3 {
+        self.frame * Vec3::NEG_Z
+    }
+
+    /// The direction of anterior, perpendicular to the axis.
+    pub fn up(&self) -> Vec3 {
+        self.frame * Vec3::Y
+    }
+
+    /// The sheath's pose: translation to its tip, rotation from the local frame (`-Z` forward, `+Y` up) to the world.
+    ///
+    /// The state is taken as it is; [`InstrumentLimits::advance`] makes it fit.
+    pub fn sheath_pose(&self, state: &InstrumentState) -> Isometry3d {
+        let rotation = self.frame
+            * Quat::from_rotation_y(-state.yaw_deg.to_radians())
+            * Quat::from_rotation_x(state.pitch_deg.to_radians())
+            * Quat::from_rotation_z(-state.roll_deg.to_radians());
+        Isometry3d::new(self.pivot + rotation * Vec3::NEG_Z * state.insertion_mm, rotation)
+    }
+
+    /// The middle of the sheath's tip, mm.
+    pub fn tip(&self, state: &InstrumentState) -> Vec3 {
+        self.sheath_pose(state).translation.into()
+    }
+
+    /// The loop's pose.
+    pub fn loop_pose(&self, state: &InstrumentState) -> LoopPose {
+        let sheath = self.sheath_pose(state);
+        LoopPose {
+            centre: sheath * self.geometry.loop_centre(state.stroke_mm),
+            travel: sheath.rotation * Vec3::Z,
+            down: sheath.rotation * Vec3::NEG_Y,
+        }
+    }
+
+    /// The lens's pose as a Bevy camera's: translation to the lens, `-Z` the direction of view (inclined towards the loop),
+    /// `+Y` the top of the picture.
+    pub fn lens_pose(&self, state: &InstrumentState) -> Isometry3d {
+        let lens = Isometry3d::new(
+            Vec3::Y * self.geometry.telescope_offset_mm,
+            Quat::from_rotation_x(-self.geometry.lens_deg.to_radians()),
+        );
+        self.sheath_pose(state) * lens
+    }
+}

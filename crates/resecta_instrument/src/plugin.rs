@@ -1,0 +1,197 @@
+//! The plugin: each fixed step asks the source where the instrument is to go, moves it there within its limits and tells
+//! the tissue.
+
+use bevy::input::InputSystems;
+use bevy::prelude::*;
+use resecta_tissue::TissueTool;
+
+use crate::live::gather_live_input;
+use crate::{
+    InstrumentBindings, InstrumentField, InstrumentLimits, InstrumentPlayback, InstrumentRecording, InstrumentRefused,
+    InstrumentRequest, InstrumentSource, InstrumentState, LiveInput, Resectoscope, ResectoscopeGeometry,
+};
+
+/// What runs in a fixed step, in this order, in [`FixedUpdate`]: before the tissue, whose default schedule is
+/// `FixedPostUpdate`.
+#[derive(SystemSet, Debug, Clone, PartialEq, Eq, Hash)]
+pub enum InstrumentSystems {
+    /// Empty: for systems that come before the instrument.
+    First,
+    /// Sources write [`InstrumentRequest`]; a source that was just set places the instrument at its start.
+    Sample,
+    /// [`InstrumentState`] moves towards the request within the limits; `TissueTool` and `Transform` follow, and
+    /// [`InstrumentRecording`] takes the state down.
+    Apply,
+    /// Empty: for systems that come after the instrument.
+    Last,
+}
+
+/// Adds resectoscopes: entities with a [`Resectoscope`].
+///
+/// Works with or without Bevy's input plugin and window; without them the live source holds still.
+#[derive(Debug, Default, Clone, Copy)]
+pub struct InstrumentPlugin;
+
+impl Plugin for InstrumentPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_type::<Resectoscope>()
+            .register_type::<ResectoscopeGeometry>()
+            .register_type::<InstrumentLimits>()
+            .register_type::<InstrumentField>()
+            .register_type::<InstrumentState>()
+            .register_type::<InstrumentRequest>()
+            .register_type::<InstrumentSource>()
+            .register_type::<InstrumentPlayback>()
+            .register_type::<InstrumentRecording>()
+            .register_type::<InstrumentBindings>()
+            .register_type::<LiveInput>()
+            .init_resource::<InstrumentBindings>()
+            .init_resource::<LiveInput>()
+            .add_message::<InstrumentRefused>()
+            .configure_sets(
+                FixedUpdate,
+                (
+                    InstrumentSystems::First,
+                    InstrumentSystems::Sample,
+                    InstrumentSystems::Apply,
+                    InstrumentSystems::Last,
+                )
+                    .chain(),
+            )
+            .add_systems(PreUpdate, gather_live_input.after(InputSystems))
+            .add_systems(
+                FixedUpdate,
+                (
+                    (place, sample).chain().in_set(InstrumentSystems::Sample),
+                    apply.in_set(InstrumentSystems::Apply),
+                ),
+            );
+    }
+}
+
+/// Puts instruments whose source, pivot, limits or geometry was just set where their source starts.
+fn place(
+    time: Res<Time>,
+    mut instruments: Query<
+        (
+            Entity,
+            &Resectoscope,
+            &InstrumentSource,
+            &mut InstrumentState,
+            &mut InstrumentRequest,
+            &mut InstrumentPlayback,
+            &mut TissueTool,
+            Option<&mut InstrumentRecording>,
+        ),
+        Or<(Changed<Resectoscope>, Changed<InstrumentSource>)>,
+    >,
+    mut refused: MessageWriter<InstrumentRefused>,
+) {
+    for (instrument, scope, source, mut state, mut request, mut playback, mut tool, recording) in &mut instruments {
+        match scope.limits.clamp(&source.start(&state)) {
+            Ok(start) => *state = start,
+            Err(reason) => {
+                refused.write(InstrumentRefused { instrument, reason });
+                *state = InstrumentState::default();
+            }
+        }
+        request.0 = *state;
+        *playback = InstrumentPlayback::default();
+        scope.write_tool(&state, &mut tool);
+        tool.previous = None;
+        if let Some(mut recording) = recording {
+            *recording = InstrumentRecording {
+                step_s: time.delta_secs_f64(),
+                start: *state,
+                states: Vec::new(),
+            };
+        }
+        if let InstrumentSource::Recording(replayed) = source
+            && replayed.step_s != time.delta_secs_f64()
+        {
+            warn!(
+                "the recording's steps of {} s are replayed as steps of {} s",
+                replayed.step_s,
+                time.delta_secs_f64()
+            );
+        }
+    }
+}
+
+/// Asks every source where its instrument is to go.
+fn sample(
+    time: Res<Time>,
+    mut live: ResMut<LiveInput>,
+    bindings: Res<InstrumentBindings>,
+    mut instruments: Query<(
+        Entity,
+        &Resectoscope,
+        &InstrumentSource,
+        &InstrumentState,
+        &mut InstrumentRequest,
+        &mut InstrumentPlayback,
+    )>,
+    mut refused: MessageWriter<InstrumentRefused>,
+) {
+    let step_s = time.delta_secs_f64();
+    let command = live.take_step(&bindings, step_s as f32);
+    for (instrument, scope, source, state, mut request, mut playback) in &mut instruments {
+        playback.steps += 1;
+        playback.over = source.is_over(playback.steps, step_s);
+        request.0 = match source {
+            InstrumentSource::Requests => request.0,
+            InstrumentSource::Script(script) => script.sample(playback.steps as f64 * step_s, state),
+            InstrumentSource::Recording(recording) => match recording.state(playback.steps) {
+                Some(&recorded) => recorded,
+                None => InstrumentState {
+                    cut: false,
+                    coagulate: false,
+                    ..*state
+                },
+            },
+            InstrumentSource::Live => match command.apply(&request.0, state, &scope.limits) {
+                Ok(next) => next,
+                Err(reason) => {
+                    refused.write(InstrumentRefused { instrument, reason });
+                    *state
+                }
+            },
+        };
+    }
+}
+
+/// Moves every instrument towards its request and tells the tissue.
+fn apply(
+    time: Res<Time>,
+    mut instruments: Query<(
+        Entity,
+        &Resectoscope,
+        &mut InstrumentState,
+        &mut InstrumentRequest,
+        &mut TissueTool,
+        &mut Transform,
+        Option<&mut InstrumentRecording>,
+    )>,
+    mut refused: MessageWriter<InstrumentRefused>,
+) {
+    for (instrument, scope, mut state, mut request, mut tool, mut transform, recording) in &mut instruments {
+        let before = *state;
+        match scope.limits.advance(&before, &request.0, time.delta_secs()) {
+            Ok(next) => *state = next,
+            Err(reason) => {
+                refused.write(InstrumentRefused { instrument, reason });
+                // The next request starts from a number again.
+                request.0 = before;
+            }
+        }
+        scope.write_tool(&state, &mut tool);
+        *transform = Transform::from_isometry(tool.pose);
+        if let Some(mut recording) = recording {
+            if recording.states.is_empty() {
+                recording.start = before;
+                recording.step_s = time.delta_secs_f64();
+            }
+            recording.states.push(*state);
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! The resectoscope as tissue sees it: capsules that push and the loop that cuts.
+
+use bevy::prelude::*;
+use resecta_tissue::{LoopCutter, TissueTool, ToolPart, ToolPartKind};
+
+use crate::{InstrumentState, Resectoscope, ResectoscopeGeometry};
+
+impl ResectoscopeGeometry {
+    /// The instrument's capsules in its own frame with the loop at `stroke_mm`: the sheath, the two arms, then the wire.
+    ///
+    /// Their number and order never change, so a part can be followed from one step to the next. The arms count as
+    /// sheath: they are insulated, push at all times and cut nothing.
+    pub fn tool_parts(&self, stroke_mm: f32) -> Vec<ToolPart> {
+        let part = |[a, b]: [Vec3; 2], diameter_mm: f32, kind| ToolPart {
+            a,
+            b,
+            radius_mm: diameter_mm / 2.0,
+            kind,
+        };
+        let sheath = part(self.sheath_segment(), self.sheath_diameter_mm, ToolPartKind::Sheath);
+        let arms = self
+            .arms(stroke_mm)
+            .map(|arm| part(arm, self.arm_diameter_mm, ToolPartKind::Sheath));
+        let wire = self.loop_wire(stroke_mm);
+        let pieces = wire
+            .windows(2)
+            .map(|ends| part([ends[0], ends[1]], self.wire_diameter_mm, ToolPartKind::Loop));
+        std::iter::once(sheath).chain(arms).chain(pieces).collect()
+    }
+
+    /// The loop in the instrument's own frame, pulled towards the operator.
+    pub fn cutter(&self, stroke_mm: f32) -> LoopCutter {
+        LoopCutter {
+            width_mm: self.loop_width_mm,
+            depth_mm: self.loop_depth_mm,
+            centre: self.loop_centre(stroke_mm),
+            travel: Vec3::Z,
+            down: Vec3::NEG_Y,
+        }
+    }
+}
+
+impl Resectoscope {
+    /// Puts the tool where the state says for the coming step. Where the step starts from is the tissue's to keep.
+    ///
+    /// Of two pedals at once cutting wins: a generator delivers one current, and its yellow pedal goes before the blue.
+    pub fn write_tool(&self, state: &InstrumentState, tool: &mut TissueTool) {
+        tool.parts = self.geometry.tool_parts(state.stroke_mm);
+        tool.cutter = Some(self.geometry.cutter(state.stroke_mm));
+        tool.pose = self.sheath_pose(state);
+        tool.cutting = state.cut;
+        tool.coagulating = state.coagulate && !state.cut;
+    }
+}
