@@ -1,1 +1,73 @@
 //! Soft tissue for Bevy that deforms, collides and can be cut.
+//!
+//! A [`Tissue`] component owns the state of `resecta_solver`; its nodes, springs and pentahedra are entities of their own
+//! ([`TissueNode`], [`Spring`], [`Pentahedron`]) that any system reads and edits: a load on a node, another stiffness, a
+//! despawned pentahedron (a resection). A [`TissueTool`] pushes and cuts. [`TissuePlugin`] runs the step; its order is
+//! [`TissueSystems`]. What happened is told by messages: [`TissueContact`], [`TissueResected`], [`TissuePutAside`].
+//!
+//! ```
+//! use bevy::prelude::*;
+//! use resecta_solver::{Material, TissueMesh};
+//! use resecta_tissue::prelude::*;
+//!
+//! fn press(mut nodes: Query<&mut TissueNode>) {
+//!     for mut node in &mut nodes {
+//!         if node.index == 0 {
+//!             node.load = Vec3::new(0.0, 0.0, 500.0); // µN
+//!         }
+//!     }
+//! }
+//!
+//! let mut app = App::new();
+//! app.add_plugins((MinimalPlugins, TissuePlugin::default()));
+//! app.add_systems(FixedUpdate, press);
+//! # let positions = [[0., 0., 0.], [0., 1., 0.], [1., 0., 0.], [0., 0., 1.], [0., 1., 1.], [1., 0., 1.]];
+//! # let positions = positions.map(bevy::math::DVec3::from_array).to_vec();
+//! let mesh = TissueMesh::from_pentahedra(positions, vec![[0, 1, 2, 3, 4, 5]]);
+//! let tissue = resecta_solver::Tissue::new(&mesh, &Material::default()).unwrap();
+//! app.world_mut().spawn(Tissue::new(tissue));
+//! app.update();
+//! ```
+//!
+//! | to find | look in |
+//! |---|---|
+//! | the order of a step | `plugin.rs` |
+//! | how edits reach the solver and results the components | `gather.rs`, `write_back.rs` |
+//! | how tools push | `collide/` |
+//! | how loops cut | `cut.rs` |
+//! | the visible mesh | `surface_mesh.rs` |
+//!
+//! What is off costs nothing: [`TissueSettings`] switches collapse, collision and the mesh a tissue, and an app without
+//! `Assets<Mesh>` builds none. The crate gives [`Mesh3d`](bevy::prelude::Mesh3d) with vertex colours; the material is the
+//! app's.
+
+mod collide;
+mod components;
+mod cut;
+mod diagnostics;
+mod gather;
+mod messages;
+mod plugin;
+mod settings;
+mod surface_mesh;
+mod tool;
+mod write_back;
+
+pub use components::{Pentahedron, Spring, Tissue, TissueNode};
+pub use diagnostics::{TissueDiagnostics, TissueDiagnosticsPlugin};
+pub use messages::{
+    PutAsideReason, PutAsideSubject, TissueContact, TissueInconsistent, TissuePutAside, TissueResected,
+};
+pub use plugin::{TissuePlugin, TissueSystems};
+pub use settings::{CuttingRule, TissueSettings};
+pub use surface_mesh::{TissueColours, TissueTint};
+pub use tool::{LoopCutter, TissueTool, ToolPart, ToolPartKind, ToolPlacement};
+
+/// What a user of the crate types daily.
+pub mod prelude {
+    pub use crate::{
+        CuttingRule, LoopCutter, Pentahedron, Spring, Tissue, TissueContact, TissueDiagnostics, TissueNode,
+        TissuePlugin, TissuePutAside, TissueResected, TissueSettings, TissueSystems, TissueTint, TissueTool, ToolPart,
+        ToolPartKind,
+    };
+}

@@ -1,0 +1,194 @@
+//! Closest points of a segment and a triangle.
+
+use bevy::math::Vec3;
+
+/// The closest points of a segment and a triangle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ClosestPoints {
+    /// Where on the segment: 0 at its start, 1 at its end.
+    pub share: f32,
+    /// The point of the segment, mm.
+    pub on_segment: Vec3,
+    /// Barycentric weights of the point of the triangle.
+    pub weights: [f32; 3],
+    /// The point of the triangle, mm.
+    pub on_triangle: Vec3,
+}
+
+impl ClosestPoints {
+    /// The distance between the two, mm.
+    pub fn distance(&self) -> f32 {
+        self.on_segment.distance(self.on_triangle)
+    }
+}
+
+/// Closest points of the segment `a`-`b` and a triangle. Degenerate segments and triangles are fine.
+pub fn segment_triangle(a: Vec3, b: Vec3, triangle: [Vec3; 3]) -> ClosestPoints {
+    if let Some(crossing) = crossing(a, b, triangle) {
+        return crossing;
+    }
+    // Without a crossing, the closest points include an end of the segment or a point of an edge.
+    let mut best = point_triangle(a, triangle).at_share(0.0);
+    let mut best_squared = best.on_segment.distance_squared(best.on_triangle);
+    let mut consider = |candidate: ClosestPoints| {
+        let squared = candidate.on_segment.distance_squared(candidate.on_triangle);
+        if squared < best_squared {
+            (best, best_squared) = (candidate, squared);
+        }
+    };
+    consider(point_triangle(b, triangle).at_share(1.0));
+    for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+        let (share, along) = segment_segment(a, b, triangle[i], triangle[j]);
+        let mut weights = [0.0; 3];
+        weights[i] = 1.0 - along;
+        weights[j] = along;
+        consider(ClosestPoints {
+            share,
+            on_segment: a.lerp(b, share),
+            weights,
+            on_triangle: triangle[i].lerp(triangle[j], along),
+        });
+    }
+    best
+}
+
+/// The point of a triangle that is closest to a point (Ericson, Real-Time Collision Detection, 5.1.5).
+pub fn point_triangle(point: Vec3, [a, b, c]: [Vec3; 3]) -> ClosestPoints {
+    let found = |weights: [f32; 3]| ClosestPoints {
+        share: 0.0,
+        on_segment: point,
+        weights,
+        on_triangle: a * weights[0] + b * weights[1] + c * weights[2],
+    };
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return found([1.0, 0.0, 0.0]);
+    }
+    let bp = point - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return found([0.0, 1.0, 0.0]);
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        let v = d1 / (d1 - d3);
+        return found([1.0 - v, v, 0.0]);
+    }
+    let cp = point - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return found([0.0, 0.0, 1.0]);
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        let w = d2 / (d2 - d6);
+        return found([1.0 - w, 0.0, w]);
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        let w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return found([0.0, 1.0 - w, w]);
+    }
+    let sum = va + vb + vc;
+    if sum <= 0.0 {
+        return found([1.0, 0.0, 0.0]);
+    }
+    found([va / sum, vb / sum, vc / sum])
+}
+
+impl ClosestPoints {
+    fn at_share(mut self, share: f32) -> Self {
+        self.share = share;
+        self
+    }
+}
+
+/// Where the segment passes through the inside of the triangle.
+fn crossing(a: Vec3, b: Vec3, triangle: [Vec3; 3]) -> Option<ClosestPoints> {
+    let [p, q, r] = triangle;
+    let normal = (q - p).cross(r - p);
+    let (start, end) = (normal.dot(a - p), normal.dot(b - p));
+    if start * end > 0.0 || start == end {
+        return None;
+    }
+    let share = start / (start - end);
+    let point = a.lerp(b, share);
+    let squared = normal.length_squared();
+    let weight = |u: Vec3, v: Vec3| normal.dot((u - point).cross(v - point)) / squared;
+    let weights = [weight(q, r), weight(r, p), weight(p, q)];
+    weights.iter().all(|weight| *weight >= 0.0).then_some(ClosestPoints {
+        share,
+        on_segment: point,
+        weights,
+        on_triangle: point,
+    })
+}
+
+/// Shares along two segments where they are closest (Ericson, 5.1.9).
+fn segment_segment(p1: Vec3, q1: Vec3, p2: Vec3, q2: Vec3) -> (f32, f32) {
+    let (d1, d2, r) = (q1 - p1, q2 - p2, p1 - p2);
+    let (a, e, f) = (d1.length_squared(), d2.length_squared(), d2.dot(r));
+    const TINY: f32 = 1e-12;
+    if a <= TINY {
+        return (0.0, if e <= TINY { 0.0 } else { (f / e).clamp(0.0, 1.0) });
+    }
+    let c = d1.dot(r);
+    if e <= TINY {
+        return ((-c / a).clamp(0.0, 1.0), 0.0);
+    }
+    let b = d1.dot(d2);
+    let denominator = a * e - b * b;
+    // Parallel segments: any share of the first will do.
+    let s = if denominator > TINY * a * e {
+        ((b * f - c * e) / denominator).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
+    let t = (b * s + f) / e;
+    if t < 0.0 {
+        ((-c / a).clamp(0.0, 1.0), 0.0)
+    } else if t > 1.0 {
+        (((b - c) / a).clamp(0.0, 1.0), 1.0)
+    } else {
+        (s, t)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn vector() -> impl Strategy<Value = Vec3> {
+        (-5.0..5.0f32, -5.0..5.0f32, -5.0..5.0f32).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+    }
+
+    proptest! {
+        #[test]
+        fn no_pair_of_points_is_closer(a in vector(), b in vector(), p in vector(), q in vector(), r in vector()) {
+            let found = segment_triangle(a, b, [p, q, r]);
+            prop_assert!((found.weights.iter().sum::<f32>() - 1.0).abs() < 1e-4);
+            prop_assert!(found.weights.iter().all(|weight| *weight >= -1e-5));
+            let on_triangle = p * found.weights[0] + q * found.weights[1] + r * found.weights[2];
+            prop_assert!(on_triangle.distance(found.on_triangle) < 1e-3);
+            prop_assert!(a.lerp(b, found.share).distance(found.on_segment) < 1e-4);
+            for i in 0..=20 {
+                for j in 0..=20 {
+                    for k in 0..=20 - j {
+                        let (u, v) = (j as f32 / 20.0, k as f32 / 20.0);
+                        let other = p * (1.0 - u - v) + q * u + r * v;
+                        let distance = a.lerp(b, i as f32 / 20.0).distance(other);
+                        prop_assert!(found.distance() <= distance + 1e-3);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_point_and_a_line_in_place_of_segment_and_triangle_are_fine() {
+        let found = segment_triangle(Vec3::Y, Vec3::Y, [Vec3::ZERO, Vec3::X, Vec3::X]);
+        assert_eq!(found.distance(), 1.0);
+    }
+}

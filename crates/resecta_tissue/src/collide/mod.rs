@@ -1,0 +1,261 @@
+//! Collision: tools push tissue, and tissue tells what touched it.
+//!
+//! The motion of a tool during a step is divided into passes that are short against the part that moves. Each pass refits
+//! the hierarchy, finds contacts and moves the tissue by its share of the step, so that neither a thin loop nor a fast one
+//! is carried past what it should push.
+
+mod closest;
+mod collider;
+mod contacts;
+mod sweep;
+
+use bevy::prelude::*;
+use resecta_solver::{Contact, NodeKind};
+
+pub(crate) use self::collider::Collider;
+use self::{
+    collider::Face,
+    contacts::Found,
+    sweep::{PartSweep, ToolMotion},
+};
+use crate::{
+    components::Tissue,
+    cut::Reports,
+    diagnostics::{TissueDiagnostics, timed},
+    messages::{PutAsideReason, PutAsideSubject, TissueContact},
+    settings::TissueSettings,
+    tool::TissueTool,
+};
+
+/// The ways of all tools in the coming step, in the order of their query.
+#[derive(Resource, Default, Deref)]
+pub(crate) struct StepTools(Vec<ToolMotion>);
+
+/// Reads the tools. One that is not finite is left out and reported.
+pub(crate) fn read_tools(tools: Query<(Entity, &TissueTool)>, mut step: ResMut<StepTools>, mut reports: Reports) {
+    step.0.clear();
+    for (entity, tool) in &tools {
+        if tool.is_valid() {
+            step.0.push(ToolMotion::new(entity, tool));
+        } else {
+            reports.put_aside(entity, PutAsideSubject::Tool, PutAsideReason::Tool);
+        }
+    }
+}
+
+/// Whether there is a tool and a tissue that collides.
+pub(crate) fn any_collision(tools: Query<(), With<TissueTool>>, tissues: Query<&TissueSettings, With<Tissue>>) -> bool {
+    !tools.is_empty() && tissues.iter().any(|settings| settings.collision)
+}
+
+/// Whether there is a tool.
+pub(crate) fn any_tool(tools: Query<(), With<TissueTool>>) -> bool {
+    !tools.is_empty()
+}
+
+/// Finds what each tool touches on its way through the step, in the tissue as the last step left it, and tells.
+pub(crate) fn collide(
+    mut tissues: Query<(Entity, &Tissue, &TissueSettings, &mut Collider)>,
+    tools: Res<StepTools>,
+    time: Res<Time>,
+    mut messages: MessageWriter<TissueContact>,
+    mut diagnostics: ResMut<TissueDiagnostics>,
+) {
+    let mut spent = std::time::Duration::ZERO;
+    timed(&mut spent, || {
+        let mut ordered: Vec<_> = tissues
+            .iter_mut()
+            .filter(|(_, _, settings, _)| settings.collision)
+            .collect();
+        ordered.sort_unstable_by_key(|(_, tissue, ..)| tissue.ordinal);
+        for (entity, tissue, _, mut collider) in ordered {
+            let solver = &tissue.solver;
+            collider.update(solver);
+            let passes = collider.passes(&tools);
+            let pass_s = time.delta_secs() / passes as f32;
+            let mut found = collider.take_found();
+            found.clear();
+            for pass in 0..passes {
+                find_contacts(&collider, solver, &tools, (pass, passes), pass_s, false, &mut found);
+            }
+            if passes > 1 {
+                // Of the contacts of a part and a face over the passes, the deepest tells.
+                found.sort_by(|a, b| {
+                    (a.tool, a.part, a.slot)
+                        .cmp(&(b.tool, b.part, b.slot))
+                        .then(b.depth.total_cmp(&a.depth))
+                });
+                found.dedup_by_key(|found| (found.tool, found.part, found.slot));
+            }
+            for found in found.iter().filter(|found| found.touches()) {
+                let tool = &tools[found.tool as usize];
+                messages.write(TissueContact {
+                    tissue: entity,
+                    tool: tool.entity,
+                    part: found.kind,
+                    nodes: found.contact.nodes,
+                    point: found.point,
+                    normal: found.contact.normal,
+                    depth_mm: found.depth.max(0.0),
+                    kind: kind_of(found.contact.nodes.map(|node| solver.node_kind(node))),
+                    current: tool.current(found.kind),
+                });
+            }
+            collider.put_found(found);
+        }
+    });
+    diagnostics.collide += spent;
+}
+
+/// Moves every tissue by one step, pass by pass.
+pub(crate) fn integrate(
+    mut tissues: Query<(Entity, &mut Tissue, &TissueSettings, &mut Collider)>,
+    tools: Res<StepTools>,
+    time: Res<Time>,
+    mut contacts: Local<Vec<Contact>>,
+    mut steps: Local<u32>,
+    mut reports: Reports,
+    mut diagnostics: ResMut<TissueDiagnostics>,
+) {
+    if time.delta().is_zero() {
+        // A paused clock in a schedule that runs every frame.
+        return;
+    }
+    let mut spent = std::time::Duration::ZERO;
+    timed(&mut spent, || {
+        let mut ordered: Vec<_> = tissues.iter_mut().collect();
+        ordered.sort_unstable_by_key(|(_, tissue, ..)| tissue.ordinal);
+        for (entity, mut tissue, settings, mut collider) in ordered {
+            let collides = settings.collision && !tools.is_empty();
+            let passes = if collides { collider.passes(&tools) } else { 1 };
+            let pass_s = time.delta_secs() / passes as f32;
+            for pass in 0..passes {
+                contacts.clear();
+                if collides {
+                    // Contacts found for the messages serve the step too, if nothing was cut since and it is one pass.
+                    let current = passes == 1 && collider.is_current(&tissue.solver);
+                    let mut found = collider.take_found();
+                    if !current {
+                        collider.update(&tissue.solver);
+                        found.clear();
+                        find_contacts(
+                            &collider,
+                            &tissue.solver,
+                            &tools,
+                            (pass, passes),
+                            pass_s,
+                            true,
+                            &mut found,
+                        );
+                    }
+                    let pushing = found
+                        .iter()
+                        .filter(|found| tools[found.tool as usize].pushes(found.kind));
+                    contacts.extend(pushing.map(|found| found.contact));
+                    collider.put_found(found);
+                }
+                let pass_s = time.delta_secs_f64() / f64::from(passes);
+                if settings.estimate_error_every > 0 && pass == 0 && steps.is_multiple_of(settings.estimate_error_every)
+                {
+                    // The step itself reports what is wrong with it.
+                    if let Ok(error) = tissue.solver.estimate_error_mm(pass_s, &contacts) {
+                        diagnostics.error_estimate_mm = error as f32;
+                    }
+                }
+                match tissue.solver.advance(pass_s, &contacts) {
+                    Ok(report) => {
+                        for put_aside in &report.put_aside {
+                            reports.put_aside(entity, PutAsideSubject::Node(put_aside.node), PutAsideReason::Motion);
+                        }
+                        if report.contacts_refused > 0 {
+                            let refused = PutAsideReason::Contacts(report.contacts_refused);
+                            reports.put_aside(entity, PutAsideSubject::Step, refused);
+                        }
+                        diagnostics.substeps += report.substeps;
+                    }
+                    Err(error) => reports.put_aside(entity, PutAsideSubject::Step, PutAsideReason::Step(error)),
+                }
+                diagnostics.contacts += contacts.len();
+            }
+            diagnostics.passes = diagnostics.passes.max(passes);
+            diagnostics.nodes += tissue.solver.living_nodes();
+            diagnostics.springs += tissue.solver.living_springs();
+            diagnostics.pentahedra += tissue.solver.living_pentahedra();
+        }
+        *steps = steps.wrapping_add(1);
+    });
+    diagnostics.integrate += spent;
+}
+
+/// Remembers where the step left each tool.
+pub(crate) fn remember_tools(mut tools: Query<&mut TissueTool>) {
+    for mut tool in &mut tools {
+        if tool.is_valid() {
+            let placement = tool.placement();
+            tool.bypass_change_detection().previous = Some(placement);
+        }
+    }
+}
+
+/// Appends the contacts of all tools (or of the parts that push) in one pass.
+fn find_contacts(
+    collider: &Collider,
+    solver: &resecta_solver::Tissue,
+    tools: &[ToolMotion],
+    (pass, passes): (u32, u32),
+    pass_s: f32,
+    pushing_only: bool,
+    found: &mut Vec<Found>,
+) {
+    let (start, end) = (pass as f32 / passes as f32, (pass + 1) as f32 / passes as f32);
+    let mut faces: Vec<Face> = Vec::new();
+    for (tool_index, tool) in (0..).zip(tools) {
+        for (part_index, part) in (0..).zip(tool.parts(start, end)) {
+            if (!pushing_only || tool.pushes(part.kind)) && collider.may_touch(&part) {
+                contacts::find(
+                    collider,
+                    solver,
+                    &part,
+                    (tool_index, part_index),
+                    pass_s,
+                    &mut faces,
+                    found,
+                );
+            }
+        }
+    }
+}
+
+impl Collider {
+    /// Into how many passes the step of these tools is divided.
+    fn passes(&self, tools: &[ToolMotion]) -> u32 {
+        tools
+            .iter()
+            .map(|tool| tool.passes(|part| self.may_touch(part)))
+            .max()
+            .unwrap_or(1)
+    }
+
+    /// Whether the way of a part may come near the surface.
+    fn may_touch(&self, part: &PartSweep) -> bool {
+        let Some((mins, maxs)) = self.bounds() else {
+            return false;
+        };
+        let ends = [part.from.a, part.from.b, part.to.a, part.to.b];
+        let reach = Vec3::splat(part.radius + contacts::MARGIN_MM);
+        let low = ends.into_iter().fold(Vec3::INFINITY, Vec3::min) - reach;
+        let high = ends.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max) + reach;
+        low.cmple(maxs).all() && high.cmpge(mins).all()
+    }
+}
+
+/// The kind that most corners of a triangle have; where all differ, that of the inside.
+fn kind_of([a, b, c]: [NodeKind; 3]) -> NodeKind {
+    if a == b || a == c {
+        a
+    } else if b == c {
+        b
+    } else {
+        NodeKind::Inner
+    }
+}

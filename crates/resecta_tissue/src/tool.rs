@@ -1,0 +1,146 @@
+//! What touches tissue: a kinematic tool made of capsules, with or without a cutting loop.
+
+use bevy::prelude::*;
+
+/// A rigid tool that pushes tissue aside and may cut it. Whoever drives it writes [`pose`](Self::pose) (and, when parts
+/// move against each other, [`parts`](Self::parts)) before [`TissueSystems::First`](crate::TissueSystems::First); the
+/// plugin moves the tool from where the last step left it to there during the step.
+///
+/// A tool with a pose or a part that is not finite is left out of the step and reported as
+/// [`TissuePutAside`](crate::TissuePutAside).
+#[derive(Component, Reflect, Debug, Clone, Default)]
+#[reflect(Component)]
+pub struct TissueTool {
+    /// The capsules that tissue touches, in the tool's own frame.
+    pub parts: Vec<ToolPart>,
+    /// The cutting loop, in the tool's own frame; none for a tool that only pushes.
+    pub cutter: Option<LoopCutter>,
+    /// Where the tool is at the end of the coming step (mm, world).
+    pub pose: Isometry3d,
+    /// Whether the cutting current flows: the loop then resects what it reaches and does not push.
+    pub cutting: bool,
+    /// Whether the coagulating current flows. Changes nothing here but what contacts report.
+    pub coagulating: bool,
+    /// Where the last step left the tool. The plugin keeps it; set it to `None` to put the tool elsewhere without
+    /// sweeping the way in between.
+    pub previous: Option<ToolPlacement>,
+}
+
+impl TissueTool {
+    /// A tool at a pose, without a loop.
+    pub fn new(parts: Vec<ToolPart>, pose: Isometry3d) -> Self {
+        Self {
+            parts,
+            pose,
+            ..default()
+        }
+    }
+
+    /// The same tool with a loop.
+    pub fn with_cutter(mut self, cutter: LoopCutter) -> Self {
+        self.cutter = Some(cutter);
+        self
+    }
+
+    /// Where the tool is at the end of the coming step.
+    pub fn placement(&self) -> ToolPlacement {
+        ToolPlacement {
+            pose: self.pose,
+            parts: self.parts.clone(),
+            cutter: self.cutter,
+        }
+    }
+
+    /// Where the step starts: the previous placement if its parts match those of now, else the present one.
+    pub fn step_start(&self) -> ToolPlacement {
+        match &self.previous {
+            Some(previous) if previous.parts.len() == self.parts.len() => previous.clone(),
+            _ => self.placement(),
+        }
+    }
+
+    /// Whether every number of the tool is finite and no radius or size is negative.
+    pub fn is_valid(&self) -> bool {
+        let pose = |pose: &Isometry3d| pose.translation.is_finite() && pose.rotation.is_finite();
+        pose(&self.pose)
+            && self.parts.iter().all(ToolPart::is_valid)
+            && self.cutter.as_ref().is_none_or(LoopCutter::is_valid)
+            && self.previous.as_ref().is_none_or(|previous| {
+                pose(&previous.pose)
+                    && previous.parts.iter().all(ToolPart::is_valid)
+                    && previous.cutter.as_ref().is_none_or(LoopCutter::is_valid)
+            })
+    }
+}
+
+/// A pose of a tool together with the placement of its parts.
+#[derive(Reflect, Debug, Clone, Default, PartialEq)]
+pub struct ToolPlacement {
+    /// Position (mm) and orientation in the world.
+    pub pose: Isometry3d,
+    /// The parts in the tool's frame.
+    pub parts: Vec<ToolPart>,
+    /// The loop in the tool's frame.
+    pub cutter: Option<LoopCutter>,
+}
+
+/// A segment with a radius (capsule) of a tool.
+#[derive(Reflect, Debug, Clone, Copy, PartialEq)]
+pub struct ToolPart {
+    /// One end of the axis, mm, in the tool's frame.
+    pub a: Vec3,
+    /// The other end of the axis, mm, in the tool's frame. May equal `a`: a sphere.
+    pub b: Vec3,
+    /// Radius of the capsule, mm, >= 0.
+    pub radius_mm: f32,
+    /// What the part is.
+    pub kind: ToolPartKind,
+}
+
+impl ToolPart {
+    fn is_valid(&self) -> bool {
+        self.a.is_finite() && self.b.is_finite() && self.radius_mm.is_finite() && self.radius_mm >= 0.0
+    }
+}
+
+/// What a part of a tool is, which decides whether it cuts.
+#[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+pub enum ToolPartKind {
+    /// Shaft, sheath, beak: always pushes.
+    #[default]
+    Sheath,
+    /// Wire of the loop: pushes unless the tool is cutting.
+    Loop,
+}
+
+/// The half-circle cutting loop of a resectoscope.
+#[derive(Reflect, Debug, Clone, Copy, PartialEq)]
+pub struct LoopCutter {
+    /// Width of the loop, mm (6 to 7 in practice).
+    pub width_mm: f32,
+    /// Depth of the loop from its open side to the deepest point, mm (4 to 5 in practice).
+    pub depth_mm: f32,
+    /// Middle of the open side, mm, in the tool's frame.
+    pub centre: Vec3,
+    /// Unit normal of the loop's plane, in the tool's frame.
+    pub travel: Vec3,
+    /// Unit direction from the open side to the deepest point, in the tool's frame.
+    pub down: Vec3,
+}
+
+impl LoopCutter {
+    fn is_valid(&self) -> bool {
+        self.width_mm.is_finite()
+            && self.width_mm > 0.0
+            && self.depth_mm.is_finite()
+            && self.depth_mm > 0.0
+            && self.centre.is_finite()
+            && self.travel.is_normalized()
+            && self.down.is_normalized()
+    }
+
+    /// The loop's deepest point in the tool's frame, mm.
+    pub fn deepest_point(&self) -> Vec3 {
+        self.centre + self.down * self.depth_mm
+    }
+}

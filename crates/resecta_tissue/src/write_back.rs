@@ -1,0 +1,62 @@
+//! After the step: what the solver moved and what a cut weakened is written to the components.
+
+use bevy::{ecs::entity::EntityHashMap, prelude::*};
+
+use crate::{
+    components::{Spring, Tissue, TissueNode},
+    diagnostics::{TissueDiagnostics, timed},
+};
+
+/// Writes positions and velocities of all nodes; after a cut also masses, dampings and stiffness, which fall with the
+/// tissue around them. Bypasses change detection, which tells edits from this.
+pub(crate) fn write_back(
+    mut tissues: Query<(Entity, &mut Tissue)>,
+    mut nodes: Query<&mut TissueNode>,
+    mut springs: Query<&mut Spring>,
+    mut diagnostics: ResMut<TissueDiagnostics>,
+) {
+    let mut time = std::time::Duration::ZERO;
+    timed(&mut time, || {
+        let solvers: EntityHashMap<&Tissue> = tissues.iter().collect();
+        // Parts of a tissue lie beside each other: one look-up serves a whole run of them.
+        let mut known: Option<(Entity, &Tissue)> = None;
+        let mut tissue_of = |entity: Entity| match known {
+            Some((of, tissue)) if of == entity => Some(tissue),
+            _ => {
+                known = solvers.get(&entity).map(|tissue| (entity, *tissue));
+                known.map(|(_, tissue)| tissue)
+            }
+        };
+        for mut table in nodes.contiguous_iter_mut().into_iter().flatten() {
+            for node in table.bypass_change_detection() {
+                let Some(tissue) = tissue_of(node.tissue) else { continue };
+                if node.index as usize >= tissue.solver.node_count() {
+                    continue;
+                }
+                node.position = tissue.solver.position(node.index);
+                node.velocity = tissue.solver.velocity(node.index);
+                if tissue.cut {
+                    node.mass_g = tissue.solver.mass_g(node.index);
+                    node.damping_g_per_s = tissue.solver.damping_g_per_s(node.index);
+                }
+            }
+        }
+        if solvers.values().any(|tissue| tissue.cut) {
+            for mut table in springs.contiguous_iter_mut().into_iter().flatten() {
+                for spring in table.bypass_change_detection() {
+                    let Some(tissue) = tissue_of(spring.tissue) else {
+                        continue;
+                    };
+                    if tissue.cut && (spring.index as usize) < tissue.solver.spring_count() {
+                        spring.stiffness_mn_per_m = tissue.solver.spring(spring.index).stiffness;
+                    }
+                }
+            }
+        }
+        drop(solvers);
+        for (_, mut tissue) in &mut tissues {
+            tissue.bypass_change_detection().cut = false;
+        }
+    });
+    diagnostics.write_back += time;
+}
