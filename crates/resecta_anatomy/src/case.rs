@@ -88,6 +88,6 @@ pub struct Case {
     pub slices: Vec<Slice>,
 }
 
-fn default_material() -> String {
+pub(crate) fn default_material() -> String {
     "palpation_5hz".into()
 }

@@ -7,17 +7,29 @@
 //! Axes, for every case: `+x` patient left, `+y` posterior, `+z` towards the bladder. Lengths are millimetres.
 
 mod case;
+mod case_file;
+mod complete;
+pub mod contour;
 mod lattice;
+mod lattice_error;
 pub mod quality;
 mod sampling;
 mod shape;
 mod spline;
+mod transition_zone;
+mod validate;
 pub mod wedge;
 mod zone;
 mod zoning;
 
 pub use case::{Approximation, Case, CaseSource, Contour, Landmarks, Slice, Unit};
-pub use lattice::{Boundary, Lattice, LatticeError, LatticeOptions, MAX_NODES, Section};
+pub use case_file::{CaseError, MAX_FILE_BYTES};
+pub use complete::LUMEN_RADIUS_MM;
+pub use lattice::{Lattice, LatticeOptions, MAX_NODES, Section};
+pub use lattice_error::{Boundary, LatticeError};
 pub use quality::LatticeQuality;
 pub use shape::{AXIS_STEPS, DIAGONAL_STEPS, LatticeShape};
+pub use validate::{
+    CaseRuleError, ContourFault, ContourKind, MAX_CASE_CORNERS, MAX_COORDINATE_MM, MAX_CORNERS, MAX_SLICES, MIN_SLICES,
+};
 pub use zone::Zone;

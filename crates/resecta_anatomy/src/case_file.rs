@@ -1,0 +1,179 @@
+//! Case files: reading, checking, writing.
+
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+
+use crate::{Case, CaseRuleError};
+
+/// Largest case or contour file that is read, bytes.
+pub const MAX_FILE_BYTES: u64 = 64 << 20;
+
+/// Why a case file could not be read or written. Every text names the file.
+#[derive(Debug, thiserror::Error)]
+pub enum CaseError {
+    /// The file system said no.
+    #[error("{}: cannot be read: {source}", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// Larger than any case.
+    #[error("{}: is larger than {MAX_FILE_BYTES} bytes, the most that is read", file.display())]
+    TooLarge {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Not RON, a wrong, unknown or missing field, or an unknown unit.
+    #[error("{}:{line}:{column}: {field}: {message}", file.display())]
+    Syntax {
+        /// The file.
+        file: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// Path of the field, for example `slices[3].capsule[17]`.
+        field: String,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// Well formed, but no case.
+    #[error("{}: {rule}", file.display())]
+    Rule {
+        /// The file.
+        file: PathBuf,
+        /// The rule it breaks.
+        #[source]
+        rule: CaseRuleError,
+    },
+    /// The file could not be written; what was there before is untouched.
+    #[error("{}: cannot be written: {source}", file.display())]
+    Write {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+impl Case {
+    /// Reads a `*.case.ron` file, checks it and completes it.
+    ///
+    /// # Errors
+    ///
+    /// Every [`CaseError`] but [`CaseError::Write`]; each names the file and what is wrong in it.
+    pub fn load(path: &Path) -> Result<Case, CaseError> {
+        let bytes = read_limited(path, MAX_FILE_BYTES)
+            .map_err(|source| CaseError::Read {
+                file: path.into(),
+                source,
+            })?
+            .ok_or_else(|| CaseError::TooLarge { file: path.into() })?;
+        let text = String::from_utf8(bytes).map_err(|error| CaseError::Read {
+            file: path.into(),
+            source: io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()),
+        })?;
+        Case::from_ron(&text, path)
+    }
+
+    /// Parses, checks and completes a case; `file` is named in errors.
+    ///
+    /// See [`Case::complete`] for what is filled in.
+    ///
+    /// # Errors
+    ///
+    /// [`CaseError::Syntax`] or [`CaseError::Rule`].
+    pub fn from_ron(text: &str, file: &Path) -> Result<Case, CaseError> {
+        let case: Case = parse_ron(text).map_err(|(line, column, field, message)| CaseError::Syntax {
+            file: file.into(),
+            line,
+            column,
+            field,
+            message,
+        })?;
+        case.complete().map_err(|rule| CaseError::Rule {
+            file: file.into(),
+            rule,
+        })
+    }
+
+    /// The text of a `*.case.ron` file, one contour a line.
+    pub fn to_ron(&self) -> String {
+        let pretty = ron::ser::PrettyConfig::new().depth_limit(3).new_line("\n");
+        // A case is plain data: numbers, strings, sequences. RON writes all of them.
+        let mut text = ron::ser::to_string_pretty(self, pretty).expect("a case is plain data");
+        text.push('\n');
+        text
+    }
+
+    /// Writes a `*.case.ron` file in one step: the file is either the old one or the new one, never a part.
+    ///
+    /// # Errors
+    ///
+    /// [`CaseError::Write`].
+    pub fn save(&self, path: &Path) -> Result<(), CaseError> {
+        write_whole(path, self.to_ron().as_bytes()).map_err(|source| CaseError::Write {
+            file: path.into(),
+            source,
+        })
+    }
+}
+
+/// Reads a whole file, or `None` if it holds more than `limit` bytes.
+pub(crate) fn read_limited(path: &Path, limit: u64) -> io::Result<Option<Vec<u8>>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
+    Ok((bytes.len() as u64 <= limit).then_some(bytes))
+}
+
+/// Line, column, field and what is wrong.
+fn parse_ron<T: DeserializeOwned>(text: &str) -> Result<T, (usize, usize, String, String)> {
+    let whole = |error: ron::error::SpannedError| {
+        (
+            error.span.start.line,
+            error.span.start.col,
+            "file".to_owned(),
+            error.code.to_string(),
+        )
+    };
+    let mut deserializer = ron::Deserializer::from_str(text).map_err(whole)?;
+    let value = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
+        let field = error.path().to_string();
+        let field = if field == "." { "file".to_owned() } else { field };
+        let spanned = deserializer.span_error(error.into_inner());
+        (
+            spanned.span.start.line,
+            spanned.span.start.col,
+            field,
+            spanned.code.to_string(),
+        )
+    })?;
+    deserializer
+        .end()
+        .map_err(|error| whole(deserializer.span_error(error)))?;
+    Ok(value)
+}
+
+fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let name = path.file_name().ok_or(io::ErrorKind::InvalidInput)?;
+    let mut temporary_name = std::ffi::OsString::from(".");
+    temporary_name.push(name);
+    temporary_name.push(format!(".{}.tmp", std::process::id()));
+    let temporary = path.with_file_name(temporary_name);
+    let written = File::create(&temporary)
+        .and_then(|mut file| {
+            file.write_all(bytes)?;
+            file.sync_all()
+        })
+        .and_then(|()| fs::rename(&temporary, path));
+    if written.is_err() {
+        // The reason for the failure matters more than a left-over file.
+        let _ = fs::remove_file(&temporary);
+    }
+    written
+}
