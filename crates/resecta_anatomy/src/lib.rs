@@ -10,6 +10,7 @@ mod case;
 mod case_file;
 mod complete;
 pub mod contour;
+pub mod generate;
 mod lattice;
 mod lattice_error;
 pub mod quality;
