@@ -11,6 +11,7 @@ mod case_file;
 mod complete;
 pub mod contour;
 pub mod generate;
+pub mod import;
 mod lattice;
 mod lattice_error;
 pub mod quality;
