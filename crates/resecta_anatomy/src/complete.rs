@@ -41,11 +41,11 @@ const TRIGONE_SIDE_MM: f64 = 25.0;
 const LUMEN_RULE: &str = "circle of 2.5 mm radius, less in small slices, on a line through the capsule's middle that bends \
                           at the verumontanum; moved to the nearest place with room where the wall would be thin";
 const LUMEN_BETWEEN_RULE: &str = "circle of 2.5 mm radius, less in small slices, centred on the line between the nearest \
-                                  drawn urethras, straight up or down beyond the last; moved towards the middle of the \
-                                  slice where the wall would be thin";
+                                  drawn urethras, straight up or down beyond the last; moved to the nearest place with \
+                                  room where the wall would be thin";
 const LUMEN_ENDPOINT_RULE: &str = "circle of 2.5 mm radius, less in small slices, on a line through the capsule's middle \
-                                   that bends at the verumontanum, shifted to pass the given end points; moved towards \
-                                   the middle of the slice where the wall would be thin";
+                                   that bends at the verumontanum, shifted to pass the given end points; moved to the \
+                                   nearest place with room where the wall would be thin";
 const TRANSITION_ZONE_RULE: &str = "capsule scaled about the urethra from about the verumontanum up, to the published share of \
                                     the volume at this gland's size";
 const NECK_RULE: &str = "centre of the urethra in the highest slice";
