@@ -10,14 +10,17 @@
 //! - The lumen's radius is at most 95 % of the capsule's on the same ray.
 //! - Rays keep their direction from section to section and every section is flat, so each pentahedron's two triangles
 //!   have the right sense by construction. Where unlike neighbouring sections still twist a thin pentahedron until its
-//!   volume is not positive, the squared radii of its two sections are smoothed around the section (weights 1/4, 1/2,
-//!   1/4, which keeps the area) until it is. [`Lattice::smoothed_sections`] counts them.
+//!   volume falls below a tenth of the straight prism's (whichever way its faces are cut), the squared radii of its two
+//!   rays on its two sections (and, the more rounds it takes, of the rays beside them) are evened out, which keeps the
+//!   area, until it does not. [`Lattice::smoothed_sections`] counts the sections this touched.
+//! - The first and the last section lie on the first and the last given slice.
 
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
-use thiserror::Error;
 
+use crate::contour;
+use crate::lattice_error::{Boundary, LatticeError};
 use crate::sampling::{self, direction};
 use crate::shape::LatticeShape;
 use crate::spline::CubicSpline;
@@ -29,8 +32,11 @@ const MAX_LUMEN_SHARE: f64 = 0.95;
 /// Most nodes a lattice may have: far beyond what moves in real time, and still well inside 32-bit indices.
 pub const MAX_NODES: usize = 50_000_000;
 
-/// Rounds of smoothing before an inverted pentahedron is reported. Sections are circles long before.
-const MAX_REPAIRS: usize = 200;
+/// Least share of a pentahedron's untwisted volume that its twist must leave.
+const LEAST_VOLUME_SHARE: f64 = 0.1;
+
+/// Rounds of smoothing before an inverted pentahedron is reported; the reach grows by a ray every eight rounds.
+const MAX_REPAIRS: usize = 400;
 
 /// How fine a lattice is. `alpha_deg` is the one knob; `axial_points` overrides what follows from it along the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,101 +68,6 @@ pub struct Section<'a> {
     pub inner: &'a [DVec2],
 }
 
-/// Which contour of a section an error speaks of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Boundary {
-    /// The capsule.
-    Outer,
-    /// The urethra or other lumen.
-    Inner,
-}
-
-impl std::fmt::Display for Boundary {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Outer => "outer contour",
-            Self::Inner => "inner contour",
-        })
-    }
-}
-
-/// Why no lattice could be built. Slices and cells are counted from 0.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum LatticeError {
-    /// The angle is no number, not positive or leaves fewer than three rays.
-    #[error("alpha is {value} degrees; expected more than 0 and at most 120")]
-    Alpha {
-        /// What was given.
-        value: f64,
-    },
-    /// Too few points along the axis.
-    #[error("{value} axial points; expected at least 2")]
-    AxialPoints {
-        /// What was given.
-        value: usize,
-    },
-    /// The lattice would not fit.
-    #[error("alpha of {alpha_deg} degrees gives {nodes:.3e} nodes; expected at most {MAX_NODES}")]
-    TooFine {
-        /// The angle between rays.
-        alpha_deg: f64,
-        /// Nodes it would take.
-        nodes: f64,
-    },
-    /// Too few slices to go on.
-    #[error("{count} slices; expected at least 2")]
-    TooFewSlices {
-        /// What was given.
-        count: usize,
-    },
-    /// A height is no number or does not rise.
-    #[error("slice {slice}: z is {z} mm; expected a finite number above that of the slice before")]
-    Height {
-        /// The slice.
-        slice: usize,
-        /// Its height.
-        z: f64,
-    },
-    /// A contour is not finite, has fewer than three corners or no area.
-    #[error(
-        "slice {slice}: the {boundary} has {corners} corners and area {area_mm2} mm²; expected at least 3 and more than 0"
-    )]
-    Contour {
-        /// The slice.
-        slice: usize,
-        /// Which contour.
-        boundary: Boundary,
-        /// Number of corners.
-        corners: usize,
-        /// Enclosed area, NaN where a corner is not finite.
-        area_mm2: f64,
-    },
-    /// The contour crosses itself or does not lie around the centre of the lumen.
-    #[error("slice {slice}: the {boundary} does not lie around the centre of the lumen at {angle_deg:.1} degrees")]
-    NotAround {
-        /// The slice.
-        slice: usize,
-        /// Which contour.
-        boundary: Boundary,
-        /// Direction of the ray, from `+x` towards `+y`.
-        angle_deg: f64,
-    },
-    /// The case has a slice without urethra: it was not completed.
-    #[error("slice {slice} has no urethra; complete the case first")]
-    MissingUrethra {
-        /// The slice.
-        slice: usize,
-    },
-    /// A pentahedron stayed without positive volume.
-    #[error("cell (slice {}, ray {}, layer {}) has a pentahedron of {volume_mm3} mm³", cell[0], cell[1], cell[2])]
-    Inverted {
-        /// Slice, ray and layer.
-        cell: [u32; 3],
-        /// Its volume.
-        volume_mm3: f64,
-    },
-}
-
 /// A gland or another hollow organ as a volumetric lattice, at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lattice {
@@ -180,7 +91,7 @@ pub struct Lattice {
     pub capsule_volume_mm3: f64,
     /// Rays, over all sections, on which the lumen was narrowed to leave a wall.
     pub narrowed_rays: usize,
-    /// Sections smoothed so that no pentahedron is inverted.
+    /// Sections on which neighbouring rays were evened out so that no pentahedron is inverted.
     pub smoothed_sections: usize,
 }
 
@@ -298,13 +209,13 @@ impl Sampled {
         if !z.is_finite() || self.heights.last().is_some_and(|&before| z <= before) {
             return Err(LatticeError::Height { slice, z });
         }
-        let checked_area = |boundary, contour: &[DVec2]| {
-            let area_mm2 = sampling::signed_area(contour).abs();
-            let sound = contour.len() >= 3 && contour.iter().all(|corner| corner.is_finite()) && area_mm2 > 0.0;
+        let checked_area = |boundary, corners: &[DVec2]| {
+            let area_mm2 = contour::signed_area(corners).abs();
+            let sound = corners.len() >= 3 && corners.iter().all(|corner| corner.is_finite()) && area_mm2 > 0.0;
             sound.then_some(area_mm2).ok_or(LatticeError::Contour {
                 slice,
                 boundary,
-                corners: contour.len(),
+                corners: corners.len(),
                 area_mm2,
             })
         };
@@ -377,15 +288,15 @@ impl Sampled {
         let mut repairs = 0;
         let (positions, narrowed_rays) = loop {
             let (positions, narrowed_rays) = place(&shape, &rings);
-            let Some((worst, volume_mm3)) = first_inverted(&pentahedra, &positions) else {
+            let Some((worst, volume_mm3)) = inverted(&pentahedra, &positions).next() else {
                 break (positions, narrowed_rays);
             };
             if repairs == MAX_REPAIRS {
                 let cell = shape.cell_coordinates(worst as u32 / 2);
                 return Err(LatticeError::Inverted { cell, volume_mm3 });
             }
+            smooth_where_inverted(&shape, &pentahedra, &positions, repairs / 8, &mut rings);
             repairs += 1;
-            smooth_where_inverted(&shape, &pentahedra, &positions, &mut rings);
         };
         let net_areas = self.outer_areas.iter().zip(&self.inner_areas);
         let integral = |areas: Vec<f64>| CubicSpline::new(&self.heights, areas).integral();
@@ -467,33 +378,63 @@ fn place(shape: &LatticeShape, rings: &[Ring]) -> (Vec<DVec3>, usize) {
     (positions, narrowed)
 }
 
-/// The first pentahedron whose volume is not positive, with that volume.
-fn first_inverted(pentahedra: &[[u32; 6]], positions: &[DVec3]) -> Option<(usize, f64)> {
+/// The pentahedra that are inverted or nearly so, with their index and their volume.
+fn inverted(pentahedra: &[[u32; 6]], positions: &[DVec3]) -> impl Iterator<Item = (usize, f64)> {
     (pentahedra.iter().enumerate())
-        .map(|(index, nodes)| (index, wedge::volume(nodes, |node| positions[node as usize])))
-        .find(|&(_, volume)| volume.is_nan() || volume <= 0.0)
+        .map(|(index, nodes)| (index, volumes(nodes, positions)))
+        .filter(|&(_, [least, untwisted])| least.is_nan() || least <= LEAST_VOLUME_SHARE * untwisted)
+        .map(|(index, [least, _])| (index, least))
 }
 
-fn smooth_where_inverted(shape: &LatticeShape, pentahedra: &[[u32; 6]], positions: &[DVec3], rings: &mut [Ring]) {
-    let mut touched = vec![false; rings.len()];
-    for (index, nodes) in pentahedra.iter().enumerate() {
-        let volume = wedge::volume(nodes, |node| positions[node as usize]);
-        if volume.is_nan() || volume <= 0.0 {
-            let [i, ..] = shape.cell_coordinates(index as u32 / 2);
-            touched[i as usize] = true;
-            touched[i as usize + 1] = true;
+/// Volume of a pentahedron with each lateral face cut by the diagonal that leaves less, and that of a straight prism over
+/// the mean of its two triangles.
+///
+/// Where the faces are cut follows from the numbering ([`wedge::split_quad`]); whether a lattice is sound shall not.
+fn volumes(nodes: &[u32; 6], positions: &[DVec3]) -> [f64; 2] {
+    let corner = |n: usize| positions[nodes[n] as usize] - positions[nodes[0] as usize];
+    let cone = |a: usize, b: usize, c: usize| corner(a).dot(corner(b).cross(corner(c)));
+    let ends: f64 = wedge::TRIANGLES.iter().map(|&[a, b, c]| cone(a, b, c)).sum();
+    let sides: f64 = (wedge::QUADS.iter())
+        .map(|&[a, b, c, d]| (cone(a, b, c) + cone(a, c, d)).min(cone(a, b, d) + cone(b, c, d)))
+        .sum();
+    let doubled_area = |[a, b, c]: [usize; 3]| (corner(b) - corner(a)).cross(corner(c) - corner(a)).length();
+    let doubled_areas: f64 = wedge::TRIANGLES.iter().map(|&triangle| doubled_area(triangle)).sum();
+    [(ends + sides) / 6.0, corner(3).z * doubled_areas / 4.0]
+}
+
+/// Evens out the squared radii between the two rays, and on the two sections, of every inverted pentahedron, and of `reach`
+/// more rays to either side: each ray gives a quarter of the difference to the next, `reach + 1` times, so the section
+/// keeps its area.
+fn smooth_where_inverted(
+    shape: &LatticeShape,
+    pentahedra: &[[u32; 6]],
+    positions: &[DVec3],
+    reach: usize,
+    rings: &mut [Ring],
+) {
+    let angles = shape.angles as usize;
+    let reach = reach.min((angles - 1) / 2);
+    let mut touched = vec![vec![false; angles]; rings.len()];
+    for (index, _) in inverted(pentahedra, positions) {
+        let [i, j, _] = shape.cell_coordinates(index as u32 / 2);
+        for offset in 0..=2 * reach {
+            let ray = (j as usize + angles + offset - reach) % angles;
+            touched[i as usize][ray] = true;
+            touched[i as usize + 1][ray] = true;
         }
     }
-    for (ring, _) in rings.iter_mut().zip(touched).filter(|(_, touched)| *touched) {
-        ring.outer = smoothed(&ring.outer);
-        ring.inner = smoothed(&ring.inner);
-        ring.smoothed = true;
+    for (ring, touched) in rings.iter_mut().zip(&touched) {
+        for squared in [&mut ring.outer, &mut ring.inner] {
+            for _ in 0..=reach {
+                let before = squared.clone();
+                for j in (0..angles).filter(|&j| touched[j]) {
+                    let next = (j + 1) % angles;
+                    let exchanged = 0.25 * (before[next] - before[j]);
+                    squared[j] += exchanged;
+                    squared[next] -= exchanged;
+                }
+            }
+        }
+        ring.smoothed |= touched.contains(&true);
     }
-}
-
-fn smoothed(squared: &[f64]) -> Vec<f64> {
-    let count = squared.len();
-    (0..count)
-        .map(|j| 0.25 * squared[(j + count - 1) % count] + 0.5 * squared[j] + 0.25 * squared[(j + 1) % count])
-        .collect()
 }

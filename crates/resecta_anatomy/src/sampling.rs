@@ -13,60 +13,22 @@ use std::f64::consts::TAU;
 
 use glam::DVec2;
 
+use crate::contour::{self, centroid, clearance, signed_area};
+
+/// Share of a contour's area over which one edge's turn from seen to hidden is rounded.
+const ROUNDING: f64 = 0.002;
+
+/// Most directions that the search for a centre tries at each step.
+const MAX_DIRECTIONS: usize = 64;
+
 /// Unit vector along ray `j` of `angles`.
 pub(crate) fn direction(j: usize, angles: usize) -> DVec2 {
     DVec2::from_angle(TAU * j as f64 / angles as f64)
 }
 
-/// The edges of a contour, corners relative to `centre`.
-fn edges(contour: &[DVec2], centre: DVec2) -> impl Iterator<Item = (DVec2, DVec2)> {
-    let last = contour.len().wrapping_sub(1);
-    (0..contour.len()).map(move |i| {
-        let previous = if i == 0 { last } else { i - 1 };
-        (contour[previous] - centre, contour[i] - centre)
-    })
-}
-
-/// Signed area, positive for a contour that runs from `+x` to `+y`.
-pub(crate) fn signed_area(contour: &[DVec2]) -> f64 {
-    let origin = contour.first().copied().unwrap_or_default();
-    edges(contour, origin).map(|(p, q)| p.perp_dot(q)).sum::<f64>() / 2.0
-}
-
-/// Centre of the enclosed area.
-fn centroid(contour: &[DVec2]) -> DVec2 {
-    let origin = contour.first().copied().unwrap_or_default();
-    let (moment, area) = edges(contour, origin).fold((DVec2::ZERO, 0.0), |(moment, area), (p, q)| {
-        let doubled = p.perp_dot(q);
-        (moment + (p + q) * doubled / 3.0, area + doubled)
-    });
-    origin + moment / area
-}
-
-/// Whether `point` lies inside (even-odd rule).
-fn contains(contour: &[DVec2], point: DVec2) -> bool {
-    edges(contour, point)
-        .filter(|(p, q)| (p.y > 0.0) != (q.y > 0.0) && p.x + (q.x - p.x) * p.y / (p.y - q.y) > 0.0)
-        .count()
-        % 2
-        == 1
-}
-
-/// Distance from `point` to the contour, negative outside.
-fn clearance(contour: &[DVec2], point: DVec2) -> f64 {
-    let squared = edges(contour, point)
-        .map(|(p, q)| {
-            let along = q - p;
-            let t = (-p.dot(along) / along.length_squared()).clamp(0.0, 1.0);
-            // A repeated corner has no direction: the distance to it is that to the corner.
-            (p + along * if t.is_nan() { 0.0 } else { t }).length_squared()
-        })
-        .fold(f64::INFINITY, f64::min);
-    if contains(contour, point) {
-        squared.sqrt()
-    } else {
-        -squared.sqrt()
-    }
+/// The edges of a contour as seen from `centre`.
+fn edges_from(contour: &[DVec2], centre: DVec2) -> impl Iterator<Item = [DVec2; 2]> {
+    contour::edges(contour).map(move |[p, q]| [p - centre, q - centre])
 }
 
 /// Squared radius of every ray: that of the sector which holds the contour's area around the ray.
@@ -77,7 +39,7 @@ pub(crate) fn squared_radii(contour: &[DVec2], centre: DVec2, angles: usize) -> 
     let step = TAU / angles as f64;
     let sense = signed_area(contour).signum();
     let mut areas = vec![0.0; angles];
-    for (p, q) in edges(contour, centre) {
+    for [p, q] in edges_from(contour, centre) {
         let turn = p.angle_to(q);
         // Sector `j` reaches from (j - 1/2) to (j + 1/2) steps.
         let start = p.to_angle() / step + 0.5;
@@ -119,8 +81,8 @@ pub(crate) fn outermost_radii(contour: &[DVec2], centre: DVec2, angles: usize) -
 
 /// Distances (of either sign) from `centre` along `ray` at which the line crosses the contour.
 fn crossings(contour: &[DVec2], centre: DVec2, ray: DVec2) -> Vec<f64> {
-    edges(contour, centre)
-        .filter_map(|(p, q)| {
+    edges_from(contour, centre)
+        .filter_map(|[p, q]| {
             let (before, after) = (ray.perp_dot(p), ray.perp_dot(q));
             ((before > 0.0) != (after > 0.0)).then(|| p.lerp(q, before / (before - after)).dot(ray))
         })
@@ -128,10 +90,16 @@ fn crossings(contour: &[DVec2], centre: DVec2, ray: DVec2) -> Vec<f64> {
 }
 
 /// The part of a contour that is seen from behind, as a share of its area: 0 where the contour is seen wholly, that is in
-/// the kernel of a star-shaped contour. Convex in `centre`, since every edge's triangle has an area linear in it.
+/// the kernel of a star-shaped contour.
+///
+/// Convex in `centre`, since every edge's triangle has an area linear in it; each edge's hinge is rounded over
+/// [`ROUNDING`] so that the best centre is one point and moves smoothly with the contour.
 fn hidden_share(contour: &[DVec2], area: f64, centre: DVec2) -> f64 {
-    edges(contour, centre)
-        .map(|(p, q)| (-p.perp_dot(q) / area).max(0.0))
+    edges_from(contour, centre)
+        .map(|[p, q]| match (-p.perp_dot(q) / area).max(0.0) {
+            hidden if hidden < ROUNDING => hidden * hidden / (2.0 * ROUNDING),
+            hidden => hidden - 0.5 * ROUNDING,
+        })
         .sum()
 }
 
@@ -141,18 +109,20 @@ fn hidden_share(contour: &[DVec2], area: f64, centre: DVec2) -> f64 {
 /// Rule: keep a clearance from the urethra's wall of at least half the greatest that was found; there, make the hidden
 /// shares of both contours as small as possible, and among equals stay near the urethra's centre of area, so that the
 /// centre moves smoothly from slice to slice. The search goes along the directions of the rays with a step that is
-/// halved whenever none of them helps, so that turning a case by whole steps turns its centres.
+/// halved whenever none of them helps, so that turning a case by whole steps turns its centres (up to 64 rays; finer
+/// lattices search along 64 directions of their own).
 ///
 /// `None` where the urethra has no inside.
 pub(crate) fn choose_centre(outer: &[DVec2], inner: &[DVec2], angles: usize) -> Option<DVec2> {
+    let directions = angles.min(MAX_DIRECTIONS);
     let (outer_area, inner_area) = (signed_area(outer), signed_area(inner));
     let radius = (inner_area.abs() / std::f64::consts::PI).sqrt();
     let centre_of_area = centroid(inner);
     let inside = if clearance(inner, centre_of_area) > 0.3 * radius {
         centre_of_area
     } else {
-        let start = widest_middle(inner, centre_of_area, angles)?;
-        descend(start, radius, angles, |point| -clearance(inner, point))
+        let start = widest_middle(inner, centre_of_area, directions)?;
+        descend(start, radius, directions, |point| -clearance(inner, point))
     };
     let room = clearance(inner, inside);
     if room.is_nan() || room <= 0.0 {
@@ -165,14 +135,14 @@ pub(crate) fn choose_centre(outer: &[DVec2], inner: &[DVec2], angles: usize) -> 
         let away = (point - inside).length_squared() / (radius * radius);
         hidden_share(outer, outer_area, point) + hidden_share(inner, inner_area, point) + 0.002 * away
     };
-    Some(descend(inside, radius, angles, cost))
+    Some(descend(inside, radius, directions, cost))
 }
 
-/// Middle of the longest chord inside the contour among the lines through `point` along the rays.
-fn widest_middle(contour: &[DVec2], point: DVec2, angles: usize) -> Option<DVec2> {
+/// Middle of the longest chord inside the contour among the lines through `point` along the directions.
+fn widest_middle(contour: &[DVec2], point: DVec2, directions: usize) -> Option<DVec2> {
     let mut best: Option<(f64, DVec2)> = None;
-    for j in 0..angles {
-        let ray = direction(j, angles);
+    for j in 0..directions {
+        let ray = direction(j, directions);
         let mut distances = crossings(contour, point, ray);
         distances.sort_by(f64::total_cmp);
         for pair in distances.chunks_exact(2) {
@@ -185,21 +155,21 @@ fn widest_middle(contour: &[DVec2], point: DVec2, angles: usize) -> Option<DVec2
     best.map(|(_, middle)| middle)
 }
 
-/// Walks downhill along the directions of the rays, from `start` with steps of half `size` down to a thousandth of it.
-fn descend(start: DVec2, size: f64, angles: usize, cost: impl Fn(DVec2) -> f64) -> DVec2 {
+/// Walks downhill along evenly spread directions, from `start` with steps of half `size` down to a millionth of it.
+fn descend(start: DVec2, size: f64, directions: usize, cost: impl Fn(DVec2) -> f64) -> DVec2 {
     let mut point = start;
     let mut lowest = cost(point);
     let mut step = 0.5 * size;
-    while step > 1e-3 * size {
-        let best = (0..angles)
-            .map(|j| point + direction(j, angles) * step)
+    while step > 1e-6 * size {
+        let best = (0..directions)
+            .map(|j| point + direction(j, directions) * step)
             .map(|candidate| (cost(candidate), candidate))
             .fold(
                 (lowest, point),
                 |best, other| if other.0 < best.0 { other } else { best },
             );
         // A gain in the last digits is none: without this two equal places could be exchanged for ever.
-        if best.0 < lowest - 1e-9 * lowest.abs() - 1e-300 {
+        if best.0 < lowest - 1e-12 * lowest.abs() - 1e-300 {
             (lowest, point) = best;
         } else {
             step *= 0.5;

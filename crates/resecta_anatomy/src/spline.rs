@@ -24,13 +24,7 @@ impl<'a> CubicSpline<'a> {
         }
     }
 
-    /// Value at `x`; the end pieces go on outside the knots.
-    pub(crate) fn at(&self, x: f64) -> f64 {
-        let piece = self.piece(x);
-        self.chord(piece, x) + self.bow(piece, x)
-    }
-
-    /// Value at `x`, where the spline may leave a piece's chord by no more than half the greatest step between
+    /// Value at `x`, between the first and the last knot, where the spline may leave a piece's chord by no more than half the greatest step between
     /// neighbouring values on this piece and the two beside it.
     ///
     /// A smooth series never comes near that bound. A spline through slices that jump, or that stand much closer
@@ -133,6 +127,14 @@ fn curvatures(knots: &[f64], values: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl CubicSpline<'_> {
+        /// The plain cubic, without the bound.
+        fn at(&self, x: f64) -> f64 {
+            let piece = self.piece(x);
+            self.chord(piece, x) + self.bow(piece, x)
+        }
+    }
 
     const KNOTS: [f64; 6] = [-2.0, -1.5, 0.1, 0.4, 3.0, 7.0];
 

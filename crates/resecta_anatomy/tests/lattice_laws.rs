@@ -179,7 +179,7 @@ fn turned(contours: &Contours, angle: f64) -> Contours {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
     fn no_pentahedron_is_inverted_and_the_volume_is_kept(
