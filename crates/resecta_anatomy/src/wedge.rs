@@ -22,10 +22,7 @@ pub const EDGES: [[usize; 2]; 9] = [[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [5, 
 pub fn split_quad(quad: [u32; 4]) -> [[u32; 3]; 2] {
     let smallest = (0..4).min_by_key(|&corner| quad[corner]).unwrap_or(0);
     let corner = |offset: usize| quad[(smallest + offset) % 4];
-    [
-        [corner(0), corner(1), corner(2)],
-        [corner(0), corner(2), corner(3)],
-    ]
+    [[corner(0), corner(1), corner(2)], [corner(0), corner(2), corner(3)]]
 }
 
 /// The eight outward triangles of a pentahedron's boundary, as node indices.
