@@ -88,7 +88,8 @@ impl Tissue {
             }),
         );
         let springs = springs(mesh, material)?;
-        let mean_length = springs.rest_length.iter().sum::<f32>() / springs.rest_length.len() as f32;
+        let lengths = (0..mesh.springs.len() as u32).map(|spring| springs.rest_length(spring));
+        let mean_length = lengths.sum::<f32>() / mesh.springs.len() as f32;
         let mut tissue = Tissue {
             motion: Motion {
                 positions: rest,
@@ -138,7 +139,8 @@ impl Tissue {
     fn tension(&mut self, strain: f32) {
         self.pre_tension = strain;
         for spring in 0..self.spring_count() as u32 {
-            self.springs.rest_length[spring as usize] *= 1.0 - strain;
+            let length = self.springs.rest_length(spring);
+            self.springs.set_rest_length(spring, length * (1.0 - strain));
             self.shift_balance(spring, 1.0);
         }
     }
@@ -355,11 +357,11 @@ fn springs(mesh: &TissueMesh, material: &Material) -> Result<Springs, MeshError>
         return Err(MeshError::NothingBehind(spring));
     }
     let of_length = |(volume, length): (&f32, &f32)| material.modulus_pa as f32 * volume / (length * length);
-    let stiffness = backing.iter().zip(&rest_length).map(of_length).collect();
+    let stiffness: Vec<f32> = backing.iter().zip(&rest_length).map(of_length).collect();
     Ok(Springs::new(
         mesh.springs.clone(),
-        stiffness,
-        rest_length,
+        &stiffness,
+        &rest_length,
         behind,
         backing,
     ))

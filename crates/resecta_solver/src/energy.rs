@@ -28,10 +28,10 @@ impl Tissue {
     /// The energy as it is now.
     pub fn energy(&self) -> Energy {
         let mut energy = Energy::default();
-        for (spring, &[a, b]) in self.springs.nodes.iter().enumerate() {
+        for (spring, &[a, b]) in (0u32..).zip(&self.springs.nodes) {
             let elongation =
-                self.position64(a).distance(self.position64(b)) - f64::from(self.springs.rest_length[spring]);
-            energy.elastic += 0.5 * f64::from(self.springs.stiffness[spring]) * elongation * elongation;
+                self.position64(a).distance(self.position64(b)) - f64::from(self.springs.rest_length(spring));
+            energy.elastic += 0.5 * f64::from(self.springs.stiffness(spring)) * elongation * elongation;
         }
         for node in (0..self.node_count() as u32).filter(|&node| self.is_node_alive(node)) {
             let moved = self.position64(node) - self.rest_position(node).as_dvec3();

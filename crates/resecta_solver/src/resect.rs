@@ -206,11 +206,12 @@ impl Tissue {
         } else {
             0.0
         };
-        springs.stiffness[index] *= if backing > 0.0 {
+        let left = if backing > 0.0 {
             springs.backing[index] / backing
         } else {
             0.0
         };
+        springs.set_stiffness(spring, springs.stiffness(spring) * left);
         self.shift_balance(spring, 1.0);
     }
 
@@ -246,7 +247,7 @@ impl Tissue {
                 None => continue,
             };
             let towards = (self.position(goes) - self.position(stays)).normalize_or_zero();
-            let force = stiffness * self.springs.rest_length[spring as usize];
+            let force = stiffness * self.springs.rest_length(spring);
             self.collapse.add(stays, towards * force * share);
         }
     }

@@ -1,9 +1,16 @@
 //! Springs: where a spring's force is computed.
 //!
-//! Springs are arrays (structure of arrays), and consecutive springs whose two nodes both rise by one form a *run*. A
-//! lattice numbered along its rings consists of such runs, so the force of a whole run reads and writes contiguous memory
-//! and the compiler turns the loop into vector instructions; nothing is gathered. A removed spring keeps its place with
-//! stiffness 0: no run is broken, nothing is renumbered, and removal costs nothing in the loop.
+//! # Layout
+//!
+//! A spring has an index, by which everybody else knows it, and a *slot*, where the hot loop finds its stiffness and rest
+//! length. Slots are ordered so that consecutive slots join consecutive nodes: springs are sorted by the distance between
+//! their two nodes, then by the first, and each stretch in which both nodes rise by one is a *run*. A lattice numbered
+//! along its rings falls into few long runs; their forces read and write contiguous memory, the compiler turns the loop
+//! into vector instructions, and nothing is gathered. Short gaps in a run are filled with slots of stiffness 0, which
+//! costs less than a new run; springs in runs too short to pay are computed from gathered positions.
+//!
+//! A removed spring keeps its slot with stiffness 0: no run is broken, nothing is renumbered, and removal costs nothing in
+//! the loop.
 
 use crate::vectors::Vectors;
 
@@ -12,20 +19,23 @@ use crate::vectors::Vectors;
 pub(crate) struct Springs {
     /// The two nodes of each spring.
     pub nodes: Vec<[u32; 2]>,
-    /// Stiffness, µN/mm; 0 when removed.
-    pub stiffness: Vec<f32>,
-    /// Rest length, mm.
-    pub rest_length: Vec<f32>,
     /// How many pentahedra have both ends of the spring and still live; 0 from the start for a spring across a cell.
     pub behind: Vec<u16>,
     /// Sum over the living pentahedra behind the spring of fraction times volume, mm³.
     pub backing: Vec<f32>,
     /// Whether the spring is still part of the tissue.
     pub alive: Vec<bool>,
+    slot: Vec<u32>,
+    /// By slot: stiffness, µN/mm; 0 when removed.
+    stiffness: Vec<f32>,
+    /// By slot: rest length, mm.
+    rest_length: Vec<f32>,
     runs: Vec<Run>,
+    /// The nodes of the slots behind all runs, which are computed one by one.
+    loose: Vec<[u32; 2]>,
 }
 
-/// Springs `first..first + length` join nodes `a + n` and `b + n`.
+/// The slots from `first` on join nodes `a + n` and `b + n`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Run {
     first: u32,
@@ -34,8 +44,17 @@ struct Run {
     b: u32,
 }
 
-/// Springs computed at a time: their forces stay in the nearest cache between the two passes that add them to the nodes.
+/// Slots computed at a time: their forces stay in the nearest cache until they are added to the nodes.
 const BLOCK: usize = 128;
+
+/// Forces of a block of slots, by component, µN.
+type Pull = [[f32; BLOCK]; 3];
+
+/// Up to this many empty slots are put in to join two runs: about what the start of a run costs.
+const LONGEST_GAP: u32 = 8;
+
+/// Runs below this length are computed as loose springs.
+const SHORTEST_RUN: u32 = 12;
 
 /// Shorter than this a spring counts as having no direction, and gives no force; mm.
 const SHORTEST: f32 = 1e-9;
@@ -44,28 +63,58 @@ impl Springs {
     /// Springs that all live. One array entry a spring in every argument.
     pub fn new(
         nodes: Vec<[u32; 2]>,
-        stiffness: Vec<f32>,
-        rest_length: Vec<f32>,
+        stiffness: &[f32],
+        rest_length: &[f32],
         behind: Vec<u16>,
         backing: Vec<f32>,
     ) -> Springs {
+        let (runs, slot, loose, slots) = lay_out(&nodes);
+        let by_slot = |values: &[f32]| {
+            let mut by_slot = vec![0.0; slots];
+            slot.iter()
+                .zip(values)
+                .for_each(|(&slot, &value)| by_slot[slot as usize] = value);
+            by_slot
+        };
         Springs {
             alive: vec![true; nodes.len()],
-            runs: runs(&nodes),
+            stiffness: by_slot(stiffness),
+            rest_length: by_slot(rest_length),
             nodes,
-            stiffness,
-            rest_length,
             behind,
             backing,
+            slot,
+            runs,
+            loose,
         }
+    }
+
+    /// Stiffness of a spring, µN/mm.
+    #[inline]
+    pub fn stiffness(&self, spring: u32) -> f32 {
+        self.stiffness[self.slot[spring as usize] as usize]
+    }
+
+    pub fn set_stiffness(&mut self, spring: u32, stiffness: f32) {
+        self.stiffness[self.slot[spring as usize] as usize] = stiffness;
+    }
+
+    /// Rest length of a spring, mm.
+    #[inline]
+    pub fn rest_length(&self, spring: u32) -> f32 {
+        self.rest_length[self.slot[spring as usize] as usize]
+    }
+
+    pub fn set_rest_length(&mut self, spring: u32, rest_length: f32) {
+        self.rest_length[self.slot[spring as usize] as usize] = rest_length;
     }
 
     /// Sums the stiffness of the springs around every node, µN/mm.
     pub fn sum_stiffness(&self, sums: &mut [f32]) {
         sums.fill(0.0);
         for run in &self.runs {
-            let (first, a, b, length) = (run.first as usize, run.a as usize, run.b as usize, run.length as usize);
-            for end in [a, b] {
+            let (first, length) = (run.first as usize, run.length as usize);
+            for end in [run.a as usize, run.b as usize] {
                 for (sum, stiffness) in sums[end..end + length]
                     .iter_mut()
                     .zip(&self.stiffness[first..first + length])
@@ -74,105 +123,126 @@ impl Springs {
                 }
             }
         }
+        for (ends, stiffness) in self.loose.iter().zip(&self.stiffness[self.first_loose()..]) {
+            ends.iter().for_each(|&end| sums[end as usize] += stiffness);
+        }
     }
 
     /// Adds the force of every spring to its nodes, µN: equation (2) of the papers with the sign of a pull.
     ///
     /// The result has the same bits whichever instructions the processor offers: no operation is fused or reordered.
-    pub fn add_forces(&self, positions: &Vectors, forces: &mut Vectors) {
-        #[cfg(target_arch = "x86_64")]
-        {
-            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") {
-                // SAFETY: the processor has been asked for these instructions.
-                return unsafe { self.add_forces_avx512(positions, forces) };
-            }
-            if is_x86_feature_detected!("avx2") {
-                // SAFETY: the processor has been asked for these instructions.
-                return unsafe { self.add_forces_avx2(positions, forces) };
-            }
-        }
-        self.add_forces_anywhere(positions, forces);
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512vl,avx2")]
-    fn add_forces_avx512(&self, positions: &Vectors, forces: &mut Vectors) {
-        self.add_forces_anywhere(positions, forces);
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn add_forces_avx2(&self, positions: &Vectors, forces: &mut Vectors) {
-        self.add_forces_anywhere(positions, forces);
-    }
-
     #[inline(always)]
-    fn add_forces_anywhere(&self, positions: &Vectors, forces: &mut Vectors) {
+    pub fn add_forces(&self, positions: &Vectors, forces: &mut Vectors) {
+        // Written before it is read; clearing it for every block would cost as much as the shorter runs.
+        let mut pull = [[0.0; BLOCK]; 3];
         for run in &self.runs {
             let mut done = 0;
             while done < run.length as usize {
                 let length = BLOCK.min(run.length as usize - done);
-                let springs = run.first as usize + done..run.first as usize + done + length;
+                let first = run.first as usize + done;
                 let (a, b) = (run.a as usize + done, run.b as usize + done);
-                add_block_forces(
-                    [&self.stiffness[springs.clone()], &self.rest_length[springs]],
-                    [a, b],
-                    positions,
-                    forces,
-                );
+                let ends = [positions.slices(a..a + length), positions.slices(b..b + length)];
+                self.pull(first, length, ends, &mut pull);
+                for (pull, forces) in pull.iter().zip(forces.each_mut()) {
+                    // Two passes: the two ranges of nodes may overlap.
+                    for (force, pull) in forces[a..a + length].iter_mut().zip(pull) {
+                        *force += pull;
+                    }
+                    for (force, pull) in forces[b..b + length].iter_mut().zip(pull) {
+                        *force -= pull;
+                    }
+                }
                 done += length;
             }
         }
+        self.add_loose_forces(positions, forces, &mut pull);
+    }
+
+    /// The springs outside of runs: positions are gathered, forces scattered, and only what lies between is vectorised.
+    #[inline(always)]
+    fn add_loose_forces(&self, positions: &Vectors, forces: &mut Vectors, pull: &mut Pull) {
+        let mut gathered = [[[0.0f32; BLOCK]; 3]; 2];
+        for (block, ends) in self.loose.chunks(BLOCK).enumerate() {
+            for (n, pair) in ends.iter().enumerate() {
+                for (gathered, &node) in gathered.iter_mut().zip(pair) {
+                    [gathered[0][n], gathered[1][n], gathered[2][n]] = positions.get(node as usize);
+                }
+            }
+            let places = [0, 1].map(|end| [0, 1, 2].map(|axis| &gathered[end][axis][..ends.len()]));
+            self.pull(self.first_loose() + block * BLOCK, ends.len(), places, pull);
+            for (pull, forces) in pull.iter().zip(forces.each_mut()) {
+                for (&[a, b], pull) in ends.iter().zip(pull) {
+                    forces[a as usize] += pull;
+                    forces[b as usize] -= pull;
+                }
+            }
+        }
+    }
+
+    /// Pull on the first node of each of `length` slots (at most [`BLOCK`]) from `first` on, by component, µN.
+    #[inline(always)]
+    fn pull(&self, first: usize, length: usize, [a, b]: [[&[f32]; 3]; 2], pull: &mut Pull) {
+        let length = length.min(BLOCK);
+        let (stiffness, rest_length) = (
+            &self.stiffness[first..first + length],
+            &self.rest_length[first..first + length],
+        );
+        let [ax, ay, az] = a.map(|places| &places[..length]);
+        let [bx, by, bz] = b.map(|places| &places[..length]);
+        for n in 0..length {
+            let (dx, dy, dz) = (bx[n] - ax[n], by[n] - ay[n], bz[n] - az[n]);
+            let distance = (dx * dx + dy * dy + dz * dz).sqrt();
+            let tension = stiffness[n] * (distance - rest_length[n]) / distance.max(SHORTEST);
+            pull[0][n] = tension * dx;
+            pull[1][n] = tension * dy;
+            pull[2][n] = tension * dz;
+        }
+    }
+
+    fn first_loose(&self) -> usize {
+        self.stiffness.len() - self.loose.len()
     }
 }
 
-/// Finds the runs. Removal does not change them.
-fn runs(nodes: &[[u32; 2]]) -> Vec<Run> {
-    let mut runs: Vec<Run> = Vec::new();
-    for (spring, &[a, b]) in (0u32..).zip(nodes) {
-        match runs.last_mut() {
-            Some(run) if run.a + run.length == a && run.b + run.length == b => run.length += 1,
-            _ => runs.push(Run {
-                first: spring,
-                length: 1,
-                a,
-                b,
-            }),
+/// Finds runs, the slot of every spring, the ends of loose springs, and the number of slots.
+fn lay_out(nodes: &[[u32; 2]]) -> (Vec<Run>, Vec<u32>, Vec<[u32; 2]>, usize) {
+    let mut order: Vec<u32> = (0..nodes.len() as u32).collect();
+    let key = |spring: u32| {
+        let [a, b] = nodes[spring as usize];
+        (i64::from(b) - i64::from(a), a)
+    };
+    order.sort_by_key(|&spring| key(spring));
+    // Stretches of `order` in which both nodes rise together, with at most a short gap from one spring to the next.
+    let stretches = order.chunk_by(|&one, &next| {
+        let ((offset, a), (next_offset, next_a)) = (key(one), key(next));
+        offset == next_offset && next_a > a && next_a - a <= LONGEST_GAP + 1
+    });
+    let (mut runs, mut slot, mut alone) = (Vec::new(), vec![0u32; nodes.len()], Vec::new());
+    let mut slots = 0u32;
+    for stretch in stretches {
+        let [a, b] = nodes[stretch[0] as usize];
+        let [last, _] = nodes[stretch[stretch.len() - 1] as usize];
+        let length = last - a + 1;
+        if length < SHORTEST_RUN {
+            alone.extend_from_slice(stretch);
+            continue;
         }
-    }
-    runs
-}
-
-/// The force of consecutive springs from nodes `a..` to nodes `b..`.
-#[inline(always)]
-fn add_block_forces(
-    [stiffness, rest_length]: [&[f32]; 2],
-    [a, b]: [usize; 2],
-    positions: &Vectors,
-    forces: &mut Vectors,
-) {
-    let length = stiffness.len().min(BLOCK);
-    let [ax, ay, az] = positions.slices(a..a + length);
-    let [bx, by, bz] = positions.slices(b..b + length);
-    let (stiffness, rest_length) = (&stiffness[..length], &rest_length[..length]);
-    let mut pull = [[0.0f32; BLOCK]; 3];
-    for n in 0..length {
-        let (dx, dy, dz) = (bx[n] - ax[n], by[n] - ay[n], bz[n] - az[n]);
-        let distance = (dx * dx + dy * dy + dz * dz).sqrt();
-        let tension = stiffness[n] * (distance - rest_length[n]) / distance.max(SHORTEST);
-        pull[0][n] = tension * dx;
-        pull[1][n] = tension * dy;
-        pull[2][n] = tension * dz;
-    }
-    for (pull, forces) in pull.iter().zip(forces.each_mut()) {
-        // Two passes: the two ranges of nodes may overlap.
-        for (force, pull) in forces[a..a + length].iter_mut().zip(pull) {
-            *force += pull;
+        for &spring in stretch {
+            slot[spring as usize] = slots + (nodes[spring as usize][0] - a);
         }
-        for (force, pull) in forces[b..b + length].iter_mut().zip(pull) {
-            *force -= pull;
-        }
+        runs.push(Run {
+            first: slots,
+            length,
+            a,
+            b,
+        });
+        slots += length;
     }
+    for (place, &spring) in (slots..).zip(&alone) {
+        slot[spring as usize] = place;
+    }
+    let loose = alone.iter().map(|&spring| nodes[spring as usize]).collect();
+    (runs, slot, loose, slots as usize + alone.len())
 }
 
 #[cfg(test)]
@@ -181,9 +251,20 @@ mod tests {
 
     fn springs(nodes: Vec<[u32; 2]>) -> Springs {
         let count = nodes.len();
-        let stiffness = (0..count).map(|n| 3.0 + n as f32).collect();
-        let rest_length = (0..count).map(|n| 0.5 + 0.25 * n as f32).collect();
-        Springs::new(nodes, stiffness, rest_length, vec![1; count], vec![1.0; count])
+        let stiffness: Vec<f32> = nodes.iter().map(|[a, _]| 3.0 + *a as f32).collect();
+        let rest_length: Vec<f32> = nodes.iter().map(|[_, b]| 0.25 + 0.25 * *b as f32).collect();
+        Springs::new(nodes, &stiffness, &rest_length, vec![1; count], vec![1.0; count])
+    }
+
+    fn curve(count: usize) -> Vectors {
+        let place = |n: usize| {
+            [
+                (n as f32 * 0.31).sin() * 5.0,
+                (n as f32 * 0.17).cos() * 5.0,
+                n as f32 * 0.1,
+            ]
+        };
+        (0..count).map(place).collect()
     }
 
     #[test]
@@ -207,24 +288,9 @@ mod tests {
     }
 
     #[test]
-    fn internal_forces_sum_to_zero_and_do_not_depend_on_the_order_of_springs() {
-        // 400 nodes on a curve, joined to the next and to the seventh next: two long runs, overlapping ranges.
-        let nodes: Vec<[u32; 2]> = [1, 7]
-            .into_iter()
-            .flat_map(|gap| (0..400 - gap).map(move |n| [n, n + gap]))
-            .collect();
-        let place = |n: i32| {
-            [
-                (n as f32 * 0.31).sin() * 5.0,
-                (n as f32 * 0.17).cos() * 5.0,
-                n as f32 * 0.1,
-            ]
-        };
-        let positions = Vectors::from_iter((0..400).map(place));
-        let straight = springs(nodes.clone());
+    fn internal_forces_sum_to_zero() {
         let mut forces = Vectors::zero(400);
-        straight.add_forces(&positions, &mut forces);
-
+        springs((0..393).map(|n| [n, n + 7]).collect()).add_forces(&curve(400), &mut forces);
         let (mut sum, mut size) = ([0.0f64; 3], 0.0f64);
         for n in 0..400 {
             for (sum, force) in sum.iter_mut().zip(forces.get(n)) {
@@ -234,34 +300,43 @@ mod tests {
         }
         let rounding = size * f64::from(f32::EPSILON);
         assert!(sum.iter().all(|sum| sum.abs() <= rounding), "{sum:?} of {size}");
+    }
 
-        let reversed = |values: &[f32]| values.iter().rev().copied().collect();
-        let backwards = Springs::new(
-            nodes.into_iter().rev().collect(),
-            reversed(&straight.stiffness),
-            reversed(&straight.rest_length),
-            vec![1; straight.nodes.len()],
-            reversed(&straight.backing),
+    #[test]
+    fn forces_are_those_of_each_spring_alone_whatever_the_layout() {
+        // Long runs with gaps to fill, springs that run backwards, and springs that follow no order.
+        let along = (0..300u32).filter(|n| n % 11 != 0).map(|n| [n, n + 9]);
+        let back = (100..160u32).map(|n| [n, n - 50]);
+        let wild = (0..40u32).map(|n| [(n * 37) % 400, (n * 53 + 1) % 400]);
+        let nodes: Vec<[u32; 2]> = along.chain(wild).chain(back).collect();
+        let (positions, together) = (curve(400), springs(nodes.clone()));
+        assert!(
+            together.runs.len() == 2 && together.loose.len() == 40,
+            "{:?}",
+            together.runs
         );
-        assert!(backwards.runs.len() > 700, "reversed, every spring is a run of its own");
-        let mut again = Vectors::zero(400);
-        backwards.add_forces(&positions, &mut again);
+        let mut forces = Vectors::zero(400);
+        together.add_forces(&positions, &mut forces);
+        let mut one_by_one = Vectors::zero(400);
+        for pair in nodes {
+            springs(vec![pair]).add_forces(&positions, &mut one_by_one);
+        }
         for n in 0..400 {
-            for (x, y) in forces.get(n).into_iter().zip(again.get(n)) {
-                assert!((x - y).abs() <= 1e-3 * x.abs().max(1.0), "{x} {y}");
+            for (x, y) in forces.get(n).into_iter().zip(one_by_one.get(n)) {
+                assert!((x - y).abs() <= 1e-5 * x.abs().max(100.0), "node {n}: {x} {y}");
             }
         }
     }
 
     #[test]
-    fn vector_instructions_give_the_same_bits_as_scalar_ones() {
-        let nodes: Vec<[u32; 2]> = (0..700).map(|n| [n, n + 50]).collect();
-        let positions =
-            Vectors::from_iter((0..750).map(|n| [n as f32 * 0.37, (n as f32).sin(), (n as f32).cos() * 9.0]));
-        let springs = springs(nodes);
-        let (mut dispatched, mut scalar) = (Vectors::zero(750), Vectors::zero(750));
-        springs.add_forces(&positions, &mut dispatched);
-        springs.add_forces_anywhere(&positions, &mut scalar);
-        assert_eq!(dispatched, scalar);
+    fn the_sum_of_stiffness_counts_each_spring_at_both_ends() {
+        let nodes: Vec<[u32; 2]> = (0..50u32).map(|n| [n, n + 3]).chain([[20, 4], [51, 0]]).collect();
+        let springs = springs(nodes.clone());
+        let mut sums = vec![0.0; 53];
+        springs.sum_stiffness(&mut sums);
+        for (node, sum) in (0u32..).zip(sums) {
+            let at_node = (0u32..).zip(&nodes).filter(|(_, ends)| ends.contains(&node));
+            assert_eq!(sum, at_node.map(|(spring, _)| springs.stiffness(spring)).sum::<f32>());
+        }
     }
 }

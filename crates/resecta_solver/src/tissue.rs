@@ -256,11 +256,10 @@ impl Tissue {
     /// A spring as it stands; a removed one has no stiffness.
     #[inline]
     pub fn spring(&self, spring: u32) -> SpringState {
-        let spring = spring as usize;
         SpringState {
-            nodes: self.springs.nodes[spring],
-            stiffness: self.springs.stiffness[spring],
-            rest_length: self.springs.rest_length[spring],
+            nodes: self.springs.nodes[spring as usize],
+            stiffness: self.springs.stiffness(spring),
+            rest_length: self.springs.rest_length(spring),
         }
     }
 
@@ -419,7 +418,7 @@ impl Tissue {
             0.0,
             "a finite number, 0 or more",
         )?;
-        self.springs.stiffness[spring as usize] = stiffness;
+        self.springs.set_stiffness(spring, stiffness);
         self.bound = None;
         Ok(())
     }
@@ -435,7 +434,7 @@ impl Tissue {
             0.0,
             "a finite number, 0 or more",
         )?;
-        self.springs.rest_length[spring as usize] = rest_length;
+        self.springs.set_rest_length(spring, rest_length);
         Ok(())
     }
 

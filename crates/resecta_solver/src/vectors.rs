@@ -22,6 +22,7 @@ impl Vectors {
         }
     }
 
+    #[inline(always)]
     pub fn copy_from(&mut self, other: &Vectors) {
         for (to, from) in self.each_mut().into_iter().zip(other.each()) {
             to.copy_from_slice(from);

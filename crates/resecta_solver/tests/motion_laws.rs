@@ -27,16 +27,27 @@ fn shake(tissue: &mut Tissue) {
 
 fn rms(tissue: &Tissue, reference: &[DVec3]) -> f64 {
     let sum: f64 = (0..tissue.node_count() as u32)
-        .map(|node| tissue.position(node).as_dvec3().distance_squared(reference[node as usize]))
+        .map(|node| {
+            tissue
+                .position(node)
+                .as_dvec3()
+                .distance_squared(reference[node as usize])
+        })
         .sum();
     (sum / tissue.node_count() as f64).sqrt()
 }
 
 #[test]
 fn a_tissue_at_rest_stays_at_rest() {
-    for shear in [ShearResistance::None, ShearResistance::PreTension(0.03), ShearResistance::Diagonals] {
+    for shear in [
+        ShearResistance::None,
+        ShearResistance::PreTension(0.03),
+        ShearResistance::Diagonals,
+    ] {
         let mut tissue = tube(12.0, shear);
-        let before: Vec<Vec3> = (0..tissue.node_count() as u32).map(|node| tissue.position(node)).collect();
+        let before: Vec<Vec3> = (0..tissue.node_count() as u32)
+            .map(|node| tissue.position(node))
+            .collect();
         tissue.advance(0.5, &[]).expect("a plain advance");
         for (node, before) in (0..).zip(&before) {
             assert!(tissue.position(node).distance(*before) < 1e-5, "{shear:?}, node {node}");
@@ -86,7 +97,9 @@ fn the_step_is_of_order_two_against_the_reference() {
     let mut start = tube(12.0, ShearResistance::Diagonals);
     for node in 0..start.node_count() as u32 {
         let place = start.position(node);
-        start.set_velocity(node, Vec3::new(place.z, place.x, place.y) * 3.0).expect("a finite velocity");
+        start
+            .set_velocity(node, Vec3::new(place.z, place.x, place.y) * 3.0)
+            .expect("a finite velocity");
     }
     let time = 0.004;
     let exact = reference::positions_after(&start, time, 400);
@@ -114,7 +127,9 @@ fn a_node_falling_against_drag_follows_the_closed_form() {
     let mut tissue = Tissue::new(&block_mesh([3, 3, 3], 2.0), &material).expect("a block is a tissue");
     let gravity = 9810.0f32;
     for node in 0..tissue.node_count() as u32 {
-        tissue.set_load(node, Vec3::Z * gravity * tissue.mass_g(node)).expect("a finite load");
+        tissue
+            .set_load(node, Vec3::Z * gravity * tissue.mass_g(node))
+            .expect("a finite load");
     }
     let start = tissue.position(0).z;
     let time = 0.25;
@@ -159,13 +174,20 @@ fn a_turned_and_moved_scene_gives_the_turned_and_moved_answer() {
     let material = Material::default();
     let mut tissue = Tissue::new(&mesh, &material).expect("a block is a tissue");
     let mut turned = Tissue::new(&turned_mesh, &material).expect("a turned block is a tissue");
-    tissue.set_load(5, Vec3::new(500.0, 200.0, -300.0)).expect("a finite load");
-    turned.set_load(5, Vec3::new(-200.0, 500.0, -300.0)).expect("a finite load");
+    tissue
+        .set_load(5, Vec3::new(500.0, 200.0, -300.0))
+        .expect("a finite load");
+    turned
+        .set_load(5, Vec3::new(-200.0, 500.0, -300.0))
+        .expect("a finite load");
     tissue.advance(0.1, &[]).expect("a plain advance");
     turned.advance(0.1, &[]).expect("a plain advance");
     for node in 0..tissue.node_count() as u32 {
         let expected = turn(tissue.position(node).as_dvec3());
-        assert!(turned.position(node).as_dvec3().distance(expected) < 1e-4, "node {node}");
+        assert!(
+            turned.position(node).as_dvec3().distance(expected) < 1e-4,
+            "node {node}"
+        );
     }
 }
 
@@ -184,7 +206,12 @@ fn a_contact_holds_its_plane_and_leaves_the_rest_alone() {
         offset_end: start + 1.0,
     };
     tissue.advance(1.0 / 60.0, &[contact]).expect("a plain advance");
-    assert!(at(&tissue) >= start + 1.0 - 1e-4, "{} against {}", at(&tissue), start + 1.0);
+    assert!(
+        at(&tissue) >= start + 1.0 - 1e-4,
+        "{} against {}",
+        at(&tissue),
+        start + 1.0
+    );
     assert!(at(&tissue) < start + 1.5);
 }
 
@@ -210,9 +237,15 @@ fn times_that_make_no_sense_are_refused_and_nothing_moves() {
     shake(&mut tissue);
     let before = tissue.position(3);
     for time in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(matches!(tissue.advance(time, &[]), Err(StepError::Duration(_))), "{time}");
+        assert!(
+            matches!(tissue.advance(time, &[]), Err(StepError::Duration(_))),
+            "{time}"
+        );
     }
-    assert!(matches!(tissue.advance(1e9, &[]), Err(StepError::TooManySubsteps { .. })));
+    assert!(matches!(
+        tissue.advance(1e9, &[]),
+        Err(StepError::TooManySubsteps { .. })
+    ));
     assert_eq!(tissue.position(3), before);
 }
 
@@ -236,5 +269,8 @@ fn the_estimate_of_the_error_follows_the_true_error() {
     let estimate = tissue.estimate_error_mm(time, &[]).expect("a plain estimate");
     tissue.advance(time, &[]).expect("a plain advance");
     let error = rms(&tissue, &exact);
-    assert!(estimate < 3.0 * error && error < 3.0 * estimate, "estimated {estimate}, found {error}");
+    assert!(
+        estimate < 3.0 * error && error < 3.0 * estimate,
+        "estimated {estimate}, found {error}"
+    );
 }

@@ -14,12 +14,19 @@ const LAWS: [Option<CollapseLaw>; 3] = [
 ];
 
 fn left(tissue: &Tissue) -> f64 {
-    tissue.living_pentahedron_indices().map(|pentahedron| tissue.rest_volume_mm3(pentahedron)).sum()
+    tissue
+        .living_pentahedron_indices()
+        .map(|pentahedron| tissue.rest_volume_mm3(pentahedron))
+        .sum()
 }
 
 #[test]
 fn a_new_tissue_is_consistent() {
-    for shear in [ShearResistance::None, ShearResistance::PreTension(0.03), ShearResistance::Diagonals] {
+    for shear in [
+        ShearResistance::None,
+        ShearResistance::PreTension(0.03),
+        ShearResistance::Diagonals,
+    ] {
         assert_eq!(tube(12.0, shear).validate(), Ok(()), "{shear:?}");
     }
     let block = Tissue::new(&block_mesh([3, 4, 5], 1.5), &Material::default()).expect("a block is a tissue");
@@ -45,14 +52,19 @@ fn mass_is_density_times_volume_before_and_after_a_cut() {
 fn the_enclosed_volume_falls_by_what_a_cut_says_it_removed_even_in_deformed_tissue() {
     let mut tissue = tube(12.0, ShearResistance::Diagonals);
     for node in 0..200 {
-        tissue.set_load(node, Vec3::new(300.0, 100.0, -200.0)).expect("a finite load");
+        tissue
+            .set_load(node, Vec3::new(300.0, 100.0, -200.0))
+            .expect("a finite load");
     }
     tissue.advance(0.1, &[]).expect("a plain advance");
     let before = tissue.volume_mm3();
     let near = tissue.pentahedra_near(30, 4.0);
     let resection = tissue.resect(&near, None);
     assert!((before - tissue.volume_mm3() - resection.current_volume_mm3).abs() < 1e-6 * before);
-    assert!((resection.rest_volume_mm3 - resection.current_volume_mm3).abs() > 1e-6, "the tissue was deformed");
+    assert!(
+        (resection.rest_volume_mm3 - resection.current_volume_mm3).abs() > 1e-6,
+        "the tissue was deformed"
+    );
     assert!((resection.by_zone_mm3[Zone::Other.index()] - resection.rest_volume_mm3).abs() < 1e-9);
 }
 
@@ -76,7 +88,14 @@ fn everything_can_be_cut_away() {
             tissue.resect(cut, law);
             tissue.advance(1.0 / 60.0, &[]).expect("what is left goes on");
         }
-        assert_eq!((tissue.living_nodes(), tissue.living_springs(), tissue.living_pentahedra()), (0, 0, 0));
+        assert_eq!(
+            (
+                tissue.living_nodes(),
+                tissue.living_springs(),
+                tissue.living_pentahedra()
+            ),
+            (0, 0, 0)
+        );
         assert_eq!(tissue.surface().triangles().count(), 0);
         assert_eq!(tissue.validate(), Ok(()));
         assert!((tissue.removed_volume_mm3() / tissue.initial_volume_mm3() - 1.0).abs() < 1e-12);
@@ -88,7 +107,9 @@ fn everything_can_be_cut_away() {
 fn removing_springs_never_adds_energy() {
     let mut tissue = tube(12.0, ShearResistance::Diagonals);
     for node in 0..200 {
-        tissue.set_load(node, Vec3::new(0.0, 400.0, 0.0)).expect("a finite load");
+        tissue
+            .set_load(node, Vec3::new(0.0, 400.0, 0.0))
+            .expect("a finite load");
     }
     tissue.advance(0.1, &[]).expect("a plain advance");
     for node in [10, 80, 150] {
@@ -108,12 +129,20 @@ fn both_laws_move_the_tissue_into_the_cavity_and_not_at_once() {
         let near = tissue.pentahedra_near(contact, 5.0);
         let resection = tissue.resect(&near, law);
         // The nodes on the wall of the cavity: corners of the faces that the cut exposed.
-        let mut wall: Vec<u32> =
-            resection.surface.filled.iter().filter_map(|&slot| tissue.surface().triangle(slot)).flatten().collect();
+        let mut wall: Vec<u32> = resection
+            .surface
+            .filled
+            .iter()
+            .filter_map(|&slot| tissue.surface().triangle(slot))
+            .flatten()
+            .collect();
         wall.sort_unstable();
         wall.dedup();
         let distance = |tissue: &Tissue| -> f32 {
-            wall.iter().map(|&node| tissue.position(node).distance(centre)).sum::<f32>() / wall.len() as f32
+            wall.iter()
+                .map(|&node| tissue.position(node).distance(centre))
+                .sum::<f32>()
+                / wall.len() as f32
         };
         let start = distance(&tissue);
         tissue.advance(1.0 / 60.0, &[]).expect("a plain advance");
@@ -130,7 +159,11 @@ fn both_laws_move_the_tissue_into_the_cavity_and_not_at_once() {
 
 #[test]
 fn without_a_law_a_cut_in_tissue_at_rest_moves_nothing() {
-    for shear in [ShearResistance::None, ShearResistance::PreTension(0.03), ShearResistance::Diagonals] {
+    for shear in [
+        ShearResistance::None,
+        ShearResistance::PreTension(0.03),
+        ShearResistance::Diagonals,
+    ] {
         let mut tissue = tube(12.0, shear);
         let near = tissue.pentahedra_near(45, 5.0);
         tissue.resect(&near, None);

@@ -17,7 +17,9 @@ pub fn tube(alpha_deg: f64, shear: ShearResistance) -> Tissue {
 
 pub fn tube_lattice(alpha_deg: f64) -> Lattice {
     let circle = |radius: f64| -> Vec<DVec2> {
-        (0..180).map(|n| DVec2::from_angle(f64::from(n) * std::f64::consts::TAU / 180.0) * radius).collect()
+        (0..180)
+            .map(|n| DVec2::from_angle(f64::from(n) * std::f64::consts::TAU / 180.0) * radius)
+            .collect()
     };
     let (outer, inner) = (circle(20.0), circle(4.0));
     let sections: Vec<Section> = (0..7)
