@@ -1,1 +1,65 @@
 //! Exercises, metrics, scores and the record of a run.
+//!
+//! An [`Exercise`] is a file. [`Library::load`] reads it with its case, [`LoadedExercise::prepare`] builds the gland and
+//! places the instrument, [`spawn_exercise`] puts them into the world; a file with a fault is refused by the first two
+//! and changes nothing. While [`RunState`] is `Running`, [`ScenarioPlugin`] measures every fixed step ([`Metrics`]),
+//! keeps the [`ScoreCard`] and ends the run; [`Report::of_world`] is what remains of it.
+//!
+//! | to find | look in |
+//! |---|---|
+//! | what an exercise file may say | `exercise.rs` |
+//! | which rules it must keep | `rules.rs` |
+//! | which tissue is marked | `region.rs` |
+//! | the table of metrics, and how each is measured | `metrics/` |
+//! | how points follow from metrics | `score.rs` |
+//! | the order of a step | `plugin.rs` |
+//!
+//! ```no_run
+//! use bevy::prelude::*;
+//! use resecta_scenario::{ExerciseError, Library, RunState, spawn_exercise};
+//!
+//! fn start(world: &mut World) -> Result<(), ExerciseError> {
+//!     let prepared = Library::new("assets").load("first_cuts")?.prepare()?;
+//!     spawn_exercise(world, prepared);
+//!     world.insert_resource(RunState::Running);
+//!     Ok(())
+//! }
+//! ```
+
+mod active;
+mod errors;
+mod exercise;
+mod library;
+pub mod metrics;
+mod parse;
+mod plugin;
+mod prepare;
+mod region;
+mod report;
+mod rules;
+mod score;
+mod state;
+mod trace;
+
+pub use active::{ActiveExercise, spawn_exercise};
+pub use errors::{ExerciseError, RuleError};
+pub use exercise::{
+    ClockRange, Condition, Exercise, Goal, HeightRange, InstrumentSetup, Limits, Marked, Models, Range, ScoreRule,
+};
+pub use library::{CASE_SUFFIX, EXERCISE_SUFFIX, Library, LoadedExercise, MAX_FILE_BYTES};
+pub use metrics::{MetricId, Metrics};
+pub use plugin::{ScenarioPlugin, ScenarioSystems};
+pub use prepare::{LatticeSummary, PreparedExercise};
+pub use region::MarkedRegion;
+pub use report::{CaseSummary, ExerciseSummary, FORMAT, MetricValue, Report, RunSummary, state_hash};
+pub use score::{GoalState, ScoreCard, ScoreLine};
+pub use state::{CapsulePerforated, EndReason, RunState};
+pub use trace::{COLUMNS, Trace, TraceRow};
+
+/// What a user types daily.
+pub mod prelude {
+    pub use crate::{
+        ActiveExercise, CapsulePerforated, EndReason, Exercise, Library, MetricId, Metrics, Report, RunState,
+        ScenarioPlugin, ScenarioSystems, ScoreCard, Trace, spawn_exercise,
+    };
+}

@@ -1,0 +1,112 @@
+//! The exercise in play, and how it gets into the world.
+
+use bevy::prelude::*;
+use resecta_anatomy::Case;
+use resecta_instrument::InstrumentRequest;
+use resecta_tissue::{Tissue, TissueSettings, TissueTint};
+
+use crate::{
+    exercise::Exercise,
+    metrics::{Metrics, StepObservation},
+    prepare::{LatticeSummary, PreparedExercise},
+    region::MarkedRegion,
+    score::ScoreCard,
+    state::RunState,
+    trace::Trace,
+};
+
+/// Colour of marked tissue, over half of its own: a blue that no tissue has.
+const MARK: LinearRgba = LinearRgba::new(0.05, 0.25, 0.9, 0.5);
+
+/// The exercise in play. At most one; [`spawn_exercise`] replaces it.
+#[derive(Resource, Debug, Clone)]
+pub struct ActiveExercise {
+    /// Its name: the file's name without `.exercise.ron`.
+    pub name: String,
+    /// What its file says.
+    pub exercise: Exercise,
+    /// Its case, complete.
+    pub case: Case,
+    /// The gland's lattice in numbers.
+    pub lattice: LatticeSummary,
+    /// Name of the material preset.
+    pub material: String,
+    /// The marked tissue.
+    pub marked: MarkedRegion,
+    /// The entity of the gland.
+    pub tissue: Entity,
+    /// The entity of the instrument.
+    pub instrument: Entity,
+}
+
+/// Puts a prepared exercise into the world in place of the one before: gland, instrument, marks, fresh metrics, score and
+/// trace; the run stands at its briefing. Cannot fail: preparing was where it could.
+///
+/// From a system: `commands.queue(move |world: &mut World| { spawn_exercise(world, prepared); })`.
+pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveExercise {
+    if let Some(previous) = world.remove_resource::<ActiveExercise>() {
+        for entity in [previous.tissue, previous.instrument] {
+            // Someone may have despawned it already.
+            world.try_despawn(entity).ok();
+        }
+    }
+    let PreparedExercise {
+        loaded,
+        lattice,
+        marked,
+        adenoma_mm3,
+        material_name,
+        material,
+        ..
+    } = prepared;
+    let PreparedExercise {
+        tissue,
+        resectoscope,
+        start,
+        ..
+    } = prepared;
+
+    let models = &loaded.exercise.models;
+    let settings = TissueSettings {
+        collapse: models.collapse,
+        collision: models.collision,
+        cutting: models.cutting,
+        ..default()
+    };
+    let marked_nodes = marked
+        .pentahedra()
+        .flat_map(|pentahedron| tissue.pentahedron_nodes(pentahedron));
+    let tint = TissueTint {
+        nodes: marked_nodes.map(|node| (node, MARK)).collect(),
+    };
+    let tissue = world
+        .spawn((Name::new("Gland"), Tissue::new(tissue), settings, tint))
+        .id();
+    let instrument = world
+        .spawn((Name::new("Resectoscope"), resectoscope, start, InstrumentRequest(start)))
+        .id();
+
+    let mut metrics = Metrics::default();
+    metrics.removal.marked_total_mm3 = marked.total_mm3();
+    metrics.removal.adenoma_total_mm3 = adenoma_mm3;
+    metrics.removal.density_g_per_mm3 = material.density_g_per_mm3;
+    world.insert_resource(ScoreCard::new(&loaded.exercise, &metrics));
+    world.insert_resource(metrics);
+    world.insert_resource(StepObservation::default());
+    world.insert_resource(RunState::Briefing);
+    if let Some(mut trace) = world.get_resource_mut::<Trace>() {
+        trace.rows.clear();
+    }
+    let active = ActiveExercise {
+        name: loaded.name,
+        exercise: loaded.exercise,
+        case: loaded.case,
+        lattice,
+        material: material_name,
+        marked,
+        tissue,
+        instrument,
+    };
+    world.insert_resource(active.clone());
+    active
+}

@@ -1,0 +1,204 @@
+//! The exercise: what a `*.exercise.ron` file says.
+
+use resecta_anatomy::Zone;
+use resecta_instrument::InstrumentState;
+use resecta_solver::{CollapseLaw, ShearResistance};
+use resecta_tissue::CuttingRule;
+use serde::{Deserialize, Serialize};
+
+use crate::metrics::MetricId;
+
+/// One exercise, as its author wrote it. Absent optional fields take the default stated beside them; `Some(..)` may be
+/// left out around a value.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Exercise {
+    /// Name shown to the player.
+    pub title: String,
+    /// What to do, shown before the start.
+    pub briefing: String,
+    /// The gland: the name of a shipped case (`"medium"` is `cases/medium.case.ron` among the assets), or the path of a
+    /// `*.case.ron` file, relative to the exercise file.
+    pub case: String,
+    /// Angle between two rays of the lattice, 2 to 60 degrees; the one knob of resolution. Default 8. (A lattice of 2
+    /// degrees has about 64 times the nodes of one of 8: far from playable, still within memory.)
+    #[serde(default = "default_alpha_deg")]
+    pub alpha_deg: f64,
+    /// Material preset, in place of the case's own.
+    #[serde(default)]
+    pub material: Option<String>,
+    /// Which parts of the tissue model are on.
+    #[serde(default)]
+    pub models: Models,
+    /// Where the instrument enters and how it starts.
+    #[serde(default)]
+    pub instrument: InstrumentSetup,
+    /// The tissue that the exercise is about.
+    pub marked: Marked,
+    /// What must be reached; the run ends when all are. At least one.
+    pub goals: Vec<Goal>,
+    /// What ends a run early.
+    pub limits: Limits,
+    /// Lines of the score; the sum of their points is the best total. At least one.
+    pub scoring: Vec<ScoreRule>,
+}
+
+/// The finest lattice of the papers' table is 7 degrees; 8 keeps a step well inside 1/60 s.
+fn default_alpha_deg() -> f64 {
+    8.0
+}
+
+/// Which parts of the tissue model are on; what is off costs nothing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Models {
+    /// How the wall answers a cut: `CompressionForce(share: 0.05)` (default; share 0 to 1 of the papers' force),
+    /// `HydraulicPressure(resistance_un: 200)` (µN for each whole volume element lost, 0 or more) or `None`.
+    pub collapse: Option<CollapseLaw>,
+    /// How the lattice resists shear, in place of the material's own way.
+    pub shear: Option<ShearResistance>,
+    /// Whether the sheath and the loop meet tissue. Default on; off, nothing can be cut by hand.
+    pub collision: bool,
+    /// What a cut takes: `Sweep`, the volume swept by the loop (default), or `Sphere(radius_mm: 5.0)`, the papers' rule.
+    #[serde(with = "CuttingRuleText")]
+    pub cutting: CuttingRule,
+}
+
+impl Default for Models {
+    fn default() -> Self {
+        Self {
+            collapse: Some(CollapseLaw::default()),
+            shear: None,
+            collision: true,
+            cutting: CuttingRule::Sweep,
+        }
+    }
+}
+
+/// [`CuttingRule`] as it is written in a file: the tissue crate reads no files.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "CuttingRule", deny_unknown_fields)]
+enum CuttingRuleText {
+    Sweep,
+    Sphere { radius_mm: f32 },
+}
+
+/// Where the instrument enters and how it starts.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct InstrumentSetup {
+    /// The point that the sheath turns about, case coordinates in mm. Default: the centre of the external sphincter.
+    pub pivot_mm: Option<[f32; 3]>,
+    /// Direction of the sheath at pitch and yaw 0, of any length. Default: from the pivot to the bladder neck.
+    pub axis: Option<[f32; 3]>,
+    /// State at the start, within the limits of the instrument; fields left out are 0. Default: on the axis with the tip
+    /// at the height of the verumontanum, loop drawn in, pedals up.
+    pub start: Option<InstrumentState>,
+}
+
+/// A region of the gland in a surgeon's terms. Tissue is inside when the centroid of its volume element, at rest, meets
+/// every condition. All ranges contain their lower end and not their upper end, so adjoining regions share nothing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Marked {
+    /// The zones that it covers, at least one: `LateralLobe`, `MiddleLobe`, `Peripheral`, `Other`.
+    pub zones: Vec<Zone>,
+    /// Hours on the clock face about the middle of the urethra at the same height, as seen from the apex towards the
+    /// bladder: 12 anterior, 3 patient's left, 6 posterior. Default: all around.
+    #[serde(default)]
+    pub clock: Option<ClockRange>,
+    /// Heights along the axis. Default: all.
+    #[serde(default)]
+    pub height: Option<HeightRange>,
+    /// Distances from the wall of the urethra in the transverse plane, mm. Default: all.
+    #[serde(default)]
+    pub depth_mm: Option<Range>,
+}
+
+/// Hours from `from` clockwise to `to`, each 0 to 12; `(from: 10, to: 2)` passes 12. Equal ends are refused.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ClockRange {
+    /// First hour.
+    pub from: f64,
+    /// Hour where it ends.
+    pub to: f64,
+}
+
+/// Numbers from `from` up to `to`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Range {
+    /// Lower end, inside.
+    pub from: f64,
+    /// Upper end, outside.
+    pub to: f64,
+}
+
+/// Heights along the axis of the gland, from a landmark, mm.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum HeightRange {
+    /// From the bladder neck towards the apex; negative above the neck, in the bladder.
+    BelowBladderNeck {
+        /// Smaller distance below the neck.
+        from_mm: f64,
+        /// Larger distance below the neck.
+        to_mm: f64,
+    },
+    /// From the verumontanum towards the bladder; negative below it, where nothing should be cut.
+    AboveVerumontanum {
+        /// Smaller distance above the verumontanum.
+        from_mm: f64,
+        /// Larger distance above the verumontanum.
+        to_mm: f64,
+    },
+}
+
+/// Something to reach.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Goal {
+    /// Remove at least this share of the marked region, above 0 and at most 1.
+    RemoveMarked {
+        /// Share of its volume at rest.
+        share: f64,
+    },
+}
+
+/// What ends a run early.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    /// Simulated time, s, above 0.
+    pub time_s: f64,
+}
+
+/// One line of the score: `points * clamp((metric - from) / (to - from), 0, 1)`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScoreRule {
+    /// The metric, by id.
+    pub metric: MetricId,
+    /// Points at best, 0 or more.
+    pub points: f64,
+    /// The value that earns nothing.
+    pub from: f64,
+    /// The value that earns all points. Below `from` where less is better.
+    pub to: f64,
+    /// Where the two values come from.
+    pub basis: String,
+    /// A line may count only once something else is done, so that doing nothing earns nothing.
+    #[serde(default)]
+    pub needs: Option<Condition>,
+}
+
+/// A metric that must have reached a value.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Condition {
+    /// The metric, by id.
+    pub metric: MetricId,
+    /// The least value.
+    pub at_least: f64,
+}

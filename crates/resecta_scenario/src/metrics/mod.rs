@@ -1,0 +1,84 @@
+//! What is measured of a run, step by step.
+//!
+//! A metric is a row of [`MetricId`]'s table and a field of one of the small accumulators here. Each accumulator sees one
+//! [`StepObservation`] a fixed step of a running exercise and nothing else, so the same run measures the same values.
+
+mod capsule;
+mod current;
+mod motion;
+mod observation;
+mod removal;
+mod table;
+
+use bevy::prelude::*;
+
+pub use capsule::CapsuleTouches;
+pub use current::CurrentUse;
+pub use motion::TipMotion;
+pub use observation::StepObservation;
+pub use removal::Removal;
+pub use table::{Better, MetricId, MetricInfo};
+
+/// Everything measured of the run so far. Reset when an exercise starts; read values with [`Metrics::value`].
+#[derive(Resource, Reflect, Debug, Clone, PartialEq, Default)]
+#[reflect(Resource, Default)]
+pub struct Metrics {
+    /// Steps measured.
+    pub steps: u64,
+    /// Simulated time of one step, s.
+    pub step_s: f64,
+    /// What was removed, and from where.
+    pub removal: Removal,
+    /// Touches and cuts of the capsule.
+    pub capsule: CapsuleTouches,
+    /// What the current was used for.
+    pub current: CurrentUse,
+    /// Where the tip went and how deep the instrument pressed.
+    pub motion: TipMotion,
+}
+
+impl Metrics {
+    /// The value of a metric, in the unit of its table row. Always finite.
+    pub fn value(&self, metric: MetricId) -> f64 {
+        let Self {
+            removal,
+            capsule,
+            current,
+            motion,
+            ..
+        } = self;
+        match metric {
+            MetricId::Elapsed => self.elapsed_s(),
+            MetricId::Removed => removal.volume_mm3,
+            MetricId::RemovedMass => removal.mass_g(),
+            MetricId::LateralLobeRemoved => removal.lateral_lobe_mm3(),
+            MetricId::MiddleLobeRemoved => removal.middle_lobe_mm3(),
+            MetricId::PeripheralRemoved => removal.peripheral_mm3(),
+            MetricId::OtherRemoved => removal.other_mm3(),
+            MetricId::AdenomaRemovedShare => removal.adenoma_share(),
+            MetricId::MarkedRemoved => removal.marked_mm3,
+            MetricId::MarkedRemovedShare => removal.marked_share(),
+            MetricId::HealthyRemoved => removal.healthy_mm3(),
+            MetricId::CapsuleTouches => f64::from(capsule.touches),
+            MetricId::CapsuleTouchTime => capsule.time_s,
+            MetricId::CapsuleCut => capsule.cut_mm2,
+            MetricId::CurrentWithoutContact => current.without_contact_s,
+            MetricId::Coagulation => current.coagulation_s,
+            MetricId::TipPath => motion.path_mm,
+            MetricId::Strokes => f64::from(current.strokes),
+            MetricId::MassPerStroke if current.strokes == 0 => 0.0,
+            MetricId::MassPerStroke => removal.mass_g() / f64::from(current.strokes),
+            MetricId::LargestContactDepth => motion.largest_depth_mm,
+        }
+    }
+
+    /// Simulated time of the run, s: steps times the length of a step, so that no rounding piles up.
+    pub fn elapsed_s(&self) -> f64 {
+        self.steps as f64 * self.step_s
+    }
+
+    pub(crate) fn count_step(&mut self, observation: &StepObservation) {
+        self.steps += 1;
+        self.step_s = observation.step_s;
+    }
+}

@@ -1,0 +1,81 @@
+//! What happened to the exercise's tissue and instrument in one fixed step, gathered once for all who measure.
+
+use bevy::prelude::*;
+use resecta_instrument::InstrumentState;
+use resecta_solver::NodeKind;
+use resecta_tissue::{TissueContact, TissueResected, ToolPartKind};
+
+use crate::region::MarkedRegion;
+
+/// One fixed step of a run, rewritten every step.
+#[derive(Resource, Debug, Clone, PartialEq, Default)]
+pub struct StepObservation {
+    /// Length of the step, s.
+    pub step_s: f64,
+    /// The instrument at the end of the step.
+    pub instrument: InstrumentState,
+    /// The middle of the sheath's tip at the end of the step, mm.
+    pub tip: Vec3,
+    /// Triangles that the instrument touched.
+    pub contacts: u32,
+    /// Deepest overlap among the contacts, mm; 0 without contacts.
+    pub largest_depth_mm: f64,
+    /// Whether the loop touched tissue or removed some.
+    pub loop_in_tissue: bool,
+    /// Whether the loop touched or cut the capsule while current flowed.
+    pub current_on_capsule: bool,
+    /// Volume at rest removed, mm³, by zone (`Zone::index`).
+    pub removed_by_zone_mm3: [f64; resecta_anatomy::Zone::COUNT],
+    /// The same, all zones together.
+    pub removed_mm3: f64,
+    /// Of it, inside the marked region.
+    pub marked_removed_mm3: f64,
+    /// Area of capsule removed, mm².
+    pub capsule_cut_mm2: f64,
+}
+
+impl StepObservation {
+    /// A step in which nothing was touched.
+    pub fn idle(step_s: f64, instrument: InstrumentState, tip: Vec3) -> Self {
+        Self {
+            step_s,
+            instrument,
+            tip,
+            ..default()
+        }
+    }
+
+    /// Whether any current flows.
+    pub fn current(&self) -> bool {
+        self.instrument.cut || self.instrument.coagulate
+    }
+
+    /// Adds a contact of the exercise's instrument with its tissue.
+    pub fn add_contact(&mut self, contact: &TissueContact) {
+        self.contacts += 1;
+        self.largest_depth_mm = self.largest_depth_mm.max(f64::from(contact.depth_mm));
+        if contact.part == ToolPartKind::Loop {
+            self.loop_in_tissue = true;
+            self.current_on_capsule |= contact.current && contact.kind == NodeKind::Capsule;
+        }
+    }
+
+    /// Adds a resection of the exercise's tissue. `by_loop` says whether the exercise's instrument made it; tissue that
+    /// some other system removed counts as removed, but not as the player's touch.
+    pub fn add_resection(&mut self, resection: &TissueResected, marked: &MarkedRegion, by_loop: bool) {
+        self.removed_mm3 += resection.volume_mm3;
+        for (sum, volume) in self.removed_by_zone_mm3.iter_mut().zip(resection.by_zone_mm3) {
+            *sum += volume;
+        }
+        self.marked_removed_mm3 += resection
+            .pentahedra
+            .iter()
+            .map(|&index| marked.volume_mm3(index))
+            .sum::<f64>();
+        self.capsule_cut_mm2 += resection.capsule_area_mm2;
+        if by_loop {
+            self.loop_in_tissue = true;
+            self.current_on_capsule |= resection.capsule_area_mm2 > 0.0;
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! The one table of metrics: what the exercise file may name, the report prints and a panel shows.
+
+use std::fmt;
+
+use bevy::reflect::Reflect;
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+use crate::errors::nearest;
+
+/// Which way a metric improves. Pars of a score line must run that way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Reflect)]
+pub enum Better {
+    /// More is better.
+    More,
+    /// Less is better.
+    Less,
+    /// Neither: it describes a run.
+    Neither,
+}
+
+/// What a metric is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MetricInfo {
+    /// Name in exercise files and reports.
+    pub id: &'static str,
+    /// Name shown to the player.
+    pub title: &'static str,
+    /// Unit; `1` for shares and counts.
+    pub unit: &'static str,
+    /// Which way it improves.
+    pub better: Better,
+    /// What is measured, and what counts.
+    pub doc: &'static str,
+}
+
+macro_rules! metrics {
+    ($($(#[doc = $doc:literal])+ $variant:ident = $id:literal, $title:literal, $unit:literal, $better:ident;)+) => {
+        /// A metric of a run; written in files by its id, for example `"marked_removed_share"`.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Reflect)]
+        pub enum MetricId {
+            $($(#[doc = $doc])+ $variant,)+
+        }
+
+        impl MetricId {
+            /// Every metric, in the order of reports.
+            pub const ALL: &'static [MetricId] = &[$(MetricId::$variant,)+];
+
+            /// What this metric is.
+            pub const fn info(self) -> MetricInfo {
+                match self {
+                    $(MetricId::$variant => MetricInfo {
+                        id: $id,
+                        title: $title,
+                        unit: $unit,
+                        better: Better::$better,
+                        doc: concat!($($doc),+).trim_ascii(),
+                    },)+
+                }
+            }
+        }
+    };
+}
+
+metrics! {
+    /// Simulated time from the start of the run.
+    Elapsed = "elapsed_s", "Time", "s", Less;
+    /// Volume of all tissue removed, by its volume at rest.
+    Removed = "removed_mm3", "Tissue removed", "mm3", Neither;
+    /// Mass of all tissue removed: volume at rest times the density of the material. Chips weigh 21 to 25 % less.
+    RemovedMass = "removed_g", "Tissue removed", "g", Neither;
+    /// Volume removed from the lateral lobes.
+    LateralLobeRemoved = "lateral_lobe_removed_mm3", "Lateral lobes removed", "mm3", More;
+    /// Volume removed from the middle lobe.
+    MiddleLobeRemoved = "middle_lobe_removed_mm3", "Middle lobe removed", "mm3", More;
+    /// Volume removed between transition zone and capsule.
+    PeripheralRemoved = "peripheral_removed_mm3", "Peripheral zone removed", "mm3", Less;
+    /// Volume removed from tissue that belongs to no zone of the prostate.
+    OtherRemoved = "other_removed_mm3", "Other tissue removed", "mm3", Neither;
+    /// Removed share of the adenoma, lateral and middle lobes together.
+    AdenomaRemovedShare = "adenoma_removed_share", "Adenoma removed", "1", More;
+    /// Volume removed inside the marked region.
+    MarkedRemoved = "marked_removed_mm3", "Marked tissue removed", "mm3", More;
+    /// Removed share of the marked region.
+    MarkedRemovedShare = "marked_removed_share", "Marked tissue removed", "1", More;
+    /// Volume removed that is no adenoma.
+    HealthyRemoved = "healthy_removed_mm3", "Healthy tissue removed", "mm3", Less;
+    /// Separate times that the loop met the capsule with current on: touching or cutting it, at least 0.25 s apart.
+    CapsuleTouches = "capsule_touches", "Capsule touched", "1", Less;
+    /// Time with the loop on the capsule and current on.
+    CapsuleTouchTime = "capsule_touch_s", "Time on the capsule", "s", Less;
+    /// Area of capsule that was cut out.
+    CapsuleCut = "capsule_cut_mm2", "Capsule cut", "mm2", Less;
+    /// Time with current on while the loop neither touched nor removed tissue.
+    CurrentWithoutContact = "current_without_contact_s", "Current without contact", "s", Less;
+    /// Time with the coagulating current on.
+    Coagulation = "coagulation_s", "Coagulation", "s", Neither;
+    /// Length of the path of the sheath's tip.
+    TipPath = "tip_path_mm", "Path of the tip", "mm", Less;
+    /// Presses of the cutting pedal that removed tissue.
+    Strokes = "strokes", "Cuts", "1", Neither;
+    /// Mass removed per press of the cutting pedal that removed tissue; 0 before the first.
+    MassPerStroke = "g_per_stroke", "Mass per cut", "g", More;
+    /// Deepest overlap of the instrument with tissue at the beginning of a step.
+    LargestContactDepth = "largest_contact_depth_mm", "Largest contact depth", "mm", Less;
+}
+
+impl MetricId {
+    /// The metric of this id.
+    pub fn from_id(id: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|metric| metric.info().id == id)
+    }
+}
+
+impl fmt::Display for MetricId {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.info().id)
+    }
+}
+
+impl Serialize for MetricId {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.info().id)
+    }
+}
+
+impl<'de> Deserialize<'de> for MetricId {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let id = String::deserialize(deserializer)?;
+        Self::from_id(&id).ok_or_else(|| {
+            let ids = Self::ALL.iter().map(|metric| metric.info().id);
+            let hint = nearest(&id, ids).map(|id| format!("; did you mean `{id}`?"));
+            de::Error::custom(format_args!("unknown metric \"{id}\"{}", hint.unwrap_or_default()))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ids_are_unique_and_read_back() {
+        for &metric in MetricId::ALL {
+            assert_eq!(MetricId::from_id(metric.info().id), Some(metric));
+            let text = serde_json::to_string(&metric).unwrap();
+            assert_eq!(serde_json::from_str::<MetricId>(&text).unwrap(), metric);
+        }
+    }
+
+    #[test]
+    fn every_metric_says_what_it_measures() {
+        for metric in MetricId::ALL {
+            let info = metric.info();
+            assert!(
+                info.doc.ends_with('.') && !info.title.is_empty() && !info.unit.is_empty(),
+                "{info:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! The systems of a run: observe the step, measure it, record it, judge it.
+
+use bevy::{
+    ecs::schedule::{InternedScheduleLabel, ScheduleLabel},
+    prelude::*,
+};
+use resecta_instrument::{InstrumentPlayback, InstrumentState, Resectoscope};
+use resecta_tissue::{TissueContact, TissueResected, TissueSystems};
+
+use crate::{
+    active::ActiveExercise,
+    metrics::{Metrics, StepObservation},
+    score::ScoreCard,
+    state::{CapsulePerforated, EndReason, RunState},
+    trace::{Trace, TraceRow},
+};
+
+/// Measures and scores the exercise in play. Without an [`ActiveExercise`] nothing runs.
+pub struct ScenarioPlugin {
+    schedule: InternedScheduleLabel,
+}
+
+impl ScenarioPlugin {
+    /// Runs in `schedule`, which must be the one of the tissue.
+    pub fn new(schedule: impl ScheduleLabel) -> Self {
+        Self {
+            schedule: schedule.intern(),
+        }
+    }
+}
+
+impl Default for ScenarioPlugin {
+    /// Runs in `FixedPostUpdate`.
+    fn default() -> Self {
+        Self::new(FixedPostUpdate)
+    }
+}
+
+/// The order of a step, all after [`TissueSystems::Last`].
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ScenarioSystems {
+    /// Empty, for your systems: before anything is observed.
+    First,
+    /// Contacts, resections and the instrument are gathered into [`StepObservation`]. Runs in every state of the run, so
+    /// that nothing from a briefing is counted later.
+    Observe,
+    /// [`Metrics`] take the step into account; [`CapsulePerforated`] is triggered. Only while running, as all below.
+    Measure,
+    /// A row is added to [`Trace`], where there is one.
+    Record,
+    /// [`ScoreCard`] is brought up to date, and the run may end.
+    Judge,
+    /// Empty, for your systems: everything about the step is known. Runs in every state.
+    Last,
+}
+
+impl Plugin for ScenarioPlugin {
+    fn build(&self, app: &mut App) {
+        use ScenarioSystems::{First, Judge, Last, Measure, Observe, Record};
+        app.init_resource::<RunState>()
+            .init_resource::<Metrics>()
+            .init_resource::<StepObservation>()
+            .init_resource::<ScoreCard>()
+            .register_type::<RunState>()
+            .register_type::<Metrics>()
+            .add_message::<TissueContact>()
+            .add_message::<TissueResected>()
+            .configure_sets(
+                self.schedule,
+                (
+                    First,
+                    Observe,
+                    Measure.run_if(running),
+                    Record.run_if(running),
+                    Judge.run_if(running),
+                    Last,
+                )
+                    .chain()
+                    .after(TissueSystems::Last)
+                    .run_if(resource_exists::<ActiveExercise>),
+            )
+            .add_systems(
+                self.schedule,
+                (
+                    observe.in_set(Observe),
+                    measure.in_set(Measure),
+                    record.in_set(Record).run_if(resource_exists::<Trace>),
+                    judge.in_set(Judge),
+                ),
+            );
+    }
+}
+
+fn running(state: Res<RunState>) -> bool {
+    *state == RunState::Running
+}
+
+fn observe(
+    time: Res<Time>,
+    active: Res<ActiveExercise>,
+    instruments: Query<(&InstrumentState, &Resectoscope)>,
+    mut contacts: MessageReader<TissueContact>,
+    mut resections: MessageReader<TissueResected>,
+    mut step: ResMut<StepObservation>,
+) {
+    *step = match instruments.get(active.instrument) {
+        Ok((state, resectoscope)) => StepObservation::idle(time.delta_secs_f64(), *state, resectoscope.tip(state)),
+        // Despawned by someone: time goes on, and the tip stays where it was.
+        Err(_) => StepObservation::idle(time.delta_secs_f64(), InstrumentState::default(), step.tip),
+    };
+    for contact in contacts.read() {
+        if contact.tissue == active.tissue && contact.tool == active.instrument {
+            step.add_contact(contact);
+        }
+    }
+    for resection in resections.read() {
+        if resection.tissue == active.tissue {
+            step.add_resection(resection, &active.marked, resection.tool == Some(active.instrument));
+        }
+    }
+}
+
+fn measure(
+    mut commands: Commands,
+    step: Res<StepObservation>,
+    active: Res<ActiveExercise>,
+    instruments: Query<(&InstrumentState, &Resectoscope)>,
+    mut metrics: ResMut<Metrics>,
+) {
+    metrics.count_step(&step);
+    metrics.removal.observe(&step);
+    metrics.capsule.observe(&step);
+    metrics.current.observe(&step);
+    metrics.motion.observe(&step);
+    if step.current_on_capsule
+        && step.capsule_cut_mm2 > 0.0
+        && let Ok((state, resectoscope)) = instruments.get(active.instrument)
+    {
+        let the_loop = resectoscope.loop_pose(state);
+        commands.trigger(CapsulePerforated {
+            tissue: active.tissue,
+            area_mm2: step.capsule_cut_mm2,
+            point: the_loop.centre + the_loop.down * resectoscope.geometry.loop_depth_mm,
+        });
+    }
+}
+
+fn record(step: Res<StepObservation>, metrics: Res<Metrics>, mut trace: ResMut<Trace>) {
+    trace.rows.push(TraceRow::new(&step, &metrics));
+}
+
+fn judge(
+    active: Res<ActiveExercise>,
+    metrics: Res<Metrics>,
+    playbacks: Query<&InstrumentPlayback>,
+    mut card: ResMut<ScoreCard>,
+    mut state: ResMut<RunState>,
+) {
+    *card = ScoreCard::new(&active.exercise, &metrics);
+    let input_over = playbacks.get(active.instrument).is_ok_and(|playback| playback.over);
+    let reason = if card.goals_reached() {
+        EndReason::GoalsReached
+    } else if metrics.elapsed_s() >= active.exercise.limits.time_s {
+        EndReason::TimeUp
+    } else if input_over {
+        EndReason::InputEnded
+    } else {
+        return;
+    };
+    *state = RunState::Ended(reason);
+}

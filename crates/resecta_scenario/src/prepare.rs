@@ -1,0 +1,163 @@
+//! From a loaded exercise to everything that will be spawned. All that can fail fails here, before the world is touched.
+
+use bevy::prelude::*;
+use resecta_anatomy::{Case, Lattice, LatticeOptions};
+use resecta_instrument::{InstrumentState, Resectoscope};
+use resecta_solver::{Material, TissueMesh};
+use serde::Serialize;
+
+use crate::{
+    errors::{ExerciseError, RuleError},
+    exercise::InstrumentSetup,
+    library::LoadedExercise,
+    region::MarkedRegion,
+};
+
+/// An exercise ready to be spawned: the gland built, the region marked, the instrument placed.
+pub struct PreparedExercise {
+    /// What it was prepared from.
+    pub loaded: LoadedExercise,
+    /// The gland's lattice in numbers.
+    pub lattice: LatticeSummary,
+    /// The marked tissue.
+    pub marked: MarkedRegion,
+    /// Volume at rest of the adenoma, mm³.
+    pub adenoma_mm3: f64,
+    /// Name of the material preset.
+    pub material_name: String,
+    /// The material, with the exercise's own resistance to shear.
+    pub material: Material,
+    /// The gland.
+    pub tissue: resecta_solver::Tissue,
+    /// The instrument.
+    pub resectoscope: Resectoscope,
+    /// Where it starts.
+    pub start: InstrumentState,
+}
+
+/// A lattice in numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct LatticeSummary {
+    /// Angle between rays, degrees: the one asked for, made to divide the circle.
+    pub angle_deg: f64,
+    /// Mean segment length, mm.
+    pub segment_mm: f64,
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Number of springs, with those that resist shear.
+    pub springs: usize,
+    /// Number of pentahedra.
+    pub pentahedra: usize,
+    /// Volume at rest, mm³.
+    pub volume_mm3: f64,
+}
+
+impl LoadedExercise {
+    /// Builds gland, marks and instrument. Takes a second or so; safe on another thread.
+    ///
+    /// # Errors
+    /// [`ExerciseError`]: a case that gives no lattice or no tissue, an instrument that cannot be placed, marks that
+    /// select nothing.
+    pub fn prepare(self) -> Result<PreparedExercise, ExerciseError> {
+        let broken = |rule| ExerciseError::Rule {
+            file: self.file.clone(),
+            rule,
+        };
+        let options = LatticeOptions {
+            alpha_deg: self.exercise.alpha_deg,
+            ..default()
+        };
+        let lattice = Lattice::build(&self.case, &options).map_err(|source| ExerciseError::Lattice {
+            file: self.file.clone(),
+            source,
+        })?;
+
+        let marked = MarkedRegion::of_lattice(&self.exercise.marked, &lattice, &self.case.landmarks);
+        if marked.total_mm3() <= 0.0 {
+            let expected = "a region with tissue in it: widen zones, clock, height or depth";
+            return Err(broken(RuleError::new("marked", "empty on this gland", expected)));
+        }
+
+        let material_name = self
+            .exercise
+            .material
+            .clone()
+            .unwrap_or_else(|| self.case.material.clone());
+        let mut material = Material::preset(&material_name).ok_or_else(|| {
+            let field = format!("material of case \"{}\"", self.case.name);
+            broken(RuleError::unknown_name(
+                field,
+                &material_name,
+                "a material preset",
+                Material::preset_names(),
+            ))
+        })?;
+        material.shear = self.exercise.models.shear.unwrap_or(material.shear);
+        let mesh = TissueMesh::from_lattice(&lattice, material.shear);
+        let tissue = resecta_solver::Tissue::new(&mesh, &material).map_err(|source| ExerciseError::Tissue {
+            file: self.file.clone(),
+            source,
+        })?;
+
+        let resectoscope = place(&self.exercise.instrument, &self.case).map_err(broken)?;
+        let start = match self.exercise.instrument.start {
+            Some(start) => start,
+            None => beside_verumontanum(&resectoscope, &self.case),
+        };
+        let adenoma =
+            (0..tissue.pentahedron_count() as u32).filter(|&index| tissue.pentahedron_zone(index).is_adenoma());
+        Ok(PreparedExercise {
+            lattice: LatticeSummary {
+                angle_deg: lattice.angle_deg,
+                segment_mm: lattice.segment_mm,
+                nodes: tissue.node_count(),
+                springs: tissue.spring_count(),
+                pentahedra: tissue.pentahedron_count(),
+                volume_mm3: tissue.initial_volume_mm3(),
+            },
+            adenoma_mm3: adenoma.map(|index| tissue.rest_volume_mm3(index)).sum(),
+            marked,
+            material_name,
+            material,
+            tissue,
+            resectoscope,
+            start,
+            loaded: self,
+        })
+    }
+}
+
+/// The resectoscope through the pivot. Anterior is -y in every case.
+fn place(setup: &InstrumentSetup, case: &Case) -> Result<Resectoscope, RuleError> {
+    let landmark = |field: &str, name: &str, place: Option<bevy::math::DVec3>| {
+        let expected = format!("three numbers, for the case has no {name}");
+        place
+            .map(|place| place.as_vec3())
+            .ok_or_else(|| RuleError::new(field, "absent", expected))
+    };
+    let pivot = match setup.pivot_mm {
+        Some(pivot) => Vec3::from(pivot),
+        None => landmark(
+            "instrument.pivot_mm",
+            "external sphincter",
+            case.landmarks.external_sphincter,
+        )?,
+    };
+    let axis = match setup.axis {
+        Some(axis) => Vec3::from(axis),
+        None => landmark("instrument.axis", "bladder neck", case.landmarks.bladder_neck)? - pivot,
+    };
+    Resectoscope::new(pivot, axis, Vec3::NEG_Y)
+        .map_err(|error| RuleError::new("instrument", "unusable", error.to_string()))
+}
+
+/// On the axis, the tip as high as the verumontanum, loop drawn in.
+fn beside_verumontanum(resectoscope: &Resectoscope, case: &Case) -> InstrumentState {
+    let verumontanum = case.landmarks.verumontanum.map(|place| place.as_vec3());
+    let distance = verumontanum.map_or(0.0, |place| (place - resectoscope.pivot()).dot(resectoscope.axis()));
+    let limit = resectoscope.limits.insertion_mm;
+    InstrumentState {
+        insertion_mm: distance.clamp(limit.min, limit.max),
+        ..default()
+    }
+}

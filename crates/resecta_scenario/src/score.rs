@@ -1,0 +1,206 @@
+//! The score: points line by line, by a formula that stands in the exercise file and is printed in the report.
+
+use bevy::prelude::*;
+use serde::Serialize;
+
+use crate::{
+    exercise::{Condition, Exercise, Goal, ScoreRule},
+    metrics::{MetricId, Metrics},
+};
+
+/// The score and the goals as they stand; recomputed every step of a run.
+#[derive(Resource, Debug, Clone, PartialEq, Default, Serialize)]
+pub struct ScoreCard {
+    /// One line a rule, in the order of the exercise.
+    pub lines: Vec<ScoreLine>,
+    /// Points together.
+    pub total: f64,
+    /// The best total.
+    pub out_of: f64,
+    /// One entry a goal, in the order of the exercise.
+    pub goals: Vec<GoalState>,
+}
+
+/// One line of the score.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ScoreLine {
+    /// The metric.
+    pub metric: MetricId,
+    /// Its title.
+    pub title: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Points earned, 0 to `out_of`.
+    pub points: f64,
+    /// Points at best.
+    pub out_of: f64,
+    /// How the points follow from the value.
+    pub formula: String,
+    /// Where the pars come from.
+    pub basis: String,
+}
+
+/// A goal and how far it is reached.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GoalState {
+    /// What is to be done, in words.
+    pub goal: String,
+    /// The metric that tells.
+    pub metric: MetricId,
+    /// Its value.
+    pub value: f64,
+    /// The value to reach.
+    pub at_least: f64,
+    /// Whether it is reached.
+    pub reached: bool,
+}
+
+impl ScoreCard {
+    /// The score of an exercise at these metrics.
+    pub fn new(exercise: &Exercise, metrics: &Metrics) -> Self {
+        let value = |metric| metrics.value(metric);
+        let lines: Vec<ScoreLine> = exercise.scoring.iter().map(|rule| rule.line(value)).collect();
+        Self {
+            total: lines.iter().map(|line| line.points).sum(),
+            out_of: lines.iter().map(|line| line.out_of).sum(),
+            goals: exercise.goals.iter().map(|goal| goal.state(value)).collect(),
+            lines,
+        }
+    }
+
+    /// Whether every goal is reached.
+    pub fn goals_reached(&self) -> bool {
+        !self.goals.is_empty() && self.goals.iter().all(|goal| goal.reached)
+    }
+}
+
+impl ScoreRule {
+    /// Points for these values of the metrics: 0 to `points`, linear between the pars.
+    pub fn points_for(&self, value: impl Fn(MetricId) -> f64) -> f64 {
+        if self.needs.is_some_and(|needs| !needs.is_met(&value)) {
+            return 0.0;
+        }
+        let share = (value(self.metric) - self.from) / (self.to - self.from);
+        self.points * share.clamp(0.0, 1.0)
+    }
+
+    /// The formula in words that a calculator understands.
+    pub fn formula(&self) -> String {
+        let Self {
+            metric,
+            points,
+            from,
+            to,
+            needs,
+            ..
+        } = self;
+        let condition = match needs {
+            Some(Condition { metric, at_least }) => format!(" if {metric} >= {at_least}, else 0"),
+            None => String::new(),
+        };
+        format!("{points} * clamp(({metric} - {from}) / ({to} - {from}), 0, 1){condition}")
+    }
+
+    fn line(&self, value: impl Fn(MetricId) -> f64) -> ScoreLine {
+        let info = self.metric.info();
+        ScoreLine {
+            metric: self.metric,
+            title: info.title,
+            unit: info.unit,
+            value: value(self.metric),
+            points: self.points_for(value),
+            out_of: self.points,
+            formula: self.formula(),
+            basis: self.basis.clone(),
+        }
+    }
+}
+
+impl Condition {
+    fn is_met(self, value: impl Fn(MetricId) -> f64) -> bool {
+        value(self.metric) >= self.at_least
+    }
+}
+
+impl Goal {
+    fn state(&self, value: impl Fn(MetricId) -> f64) -> GoalState {
+        let Goal::RemoveMarked { share } = *self;
+        let metric = MetricId::MarkedRemovedShare;
+        GoalState {
+            goal: format!("Remove {:.0} % of the marked tissue", share * 100.0),
+            metric,
+            value: value(metric),
+            at_least: share,
+            reached: value(metric) >= share,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn rule(from: f64, to: f64) -> ScoreRule {
+        ScoreRule {
+            metric: MetricId::Elapsed,
+            points: 20.0,
+            from,
+            to,
+            basis: "test".into(),
+            needs: None,
+        }
+    }
+
+    fn points(rule: &ScoreRule, value: f64) -> f64 {
+        rule.points_for(|_| value)
+    }
+
+    proptest! {
+        #[test]
+        fn points_stay_between_nothing_and_all(from in -1e3..1e3, span in 1e-3..1e3, value in -1e9..1e9) {
+            for to in [from + span, from - span] {
+                let points = points(&rule(from, to), value);
+                prop_assert!((0.0..=20.0).contains(&points));
+            }
+        }
+
+        #[test]
+        fn points_are_linear_between_the_pars(from in -1e3..1e3f64, span in 1e-1..1e3f64, share in 0.0..1.0f64) {
+            for to in [from + span, from - span] {
+                let points = points(&rule(from, to), from + share * (to - from));
+                prop_assert!((points - 20.0 * share).abs() < 1e-9, "{points}");
+            }
+        }
+    }
+
+    #[test]
+    fn pars_earn_nothing_and_all() {
+        for rule in [rule(300.0, 60.0), rule(0.2, 0.8)] {
+            assert_eq!(points(&rule, rule.from), 0.0);
+            assert_eq!(points(&rule, rule.to), 20.0);
+        }
+    }
+
+    #[test]
+    fn a_line_that_needs_something_earns_nothing_before() {
+        let needs = Some(Condition {
+            metric: MetricId::MarkedRemovedShare,
+            at_least: 0.5,
+        });
+        let rule = ScoreRule {
+            needs,
+            ..rule(10.0, 0.0)
+        };
+        let at = |share: f64| rule.points_for(|metric| if metric == MetricId::Elapsed { 0.0 } else { share });
+        assert_eq!(at(0.49), 0.0);
+        assert_eq!(at(0.5), 20.0);
+        assert_eq!(
+            rule.formula(),
+            "20 * clamp((elapsed_s - 10) / (0 - 10), 0, 1) if marked_removed_share >= 0.5, else 0"
+        );
+    }
+}

@@ -1,0 +1,44 @@
+//! Where a run stands, and what scenarios listen to.
+
+use bevy::prelude::*;
+use serde::Serialize;
+
+/// Whether the exercise is being introduced, played, or over. Metrics are taken only while it runs; whoever drives the
+/// app (a player's key, the headless runner) sets it to `Running`, and may end it.
+#[derive(Resource, Reflect, Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[reflect(Resource, Default)]
+pub enum RunState {
+    /// Loaded and shown, not measured.
+    #[default]
+    Briefing,
+    /// Being played.
+    Running,
+    /// Over; metrics and score stay as they are.
+    Ended(EndReason),
+}
+
+/// Why a run ended.
+#[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EndReason {
+    /// Every goal was reached.
+    GoalsReached,
+    /// The time of the exercise is up.
+    TimeUp,
+    /// The script or recording that plays it came to its end.
+    InputEnded,
+    /// The player ended it.
+    Player,
+}
+
+/// Some of a tissue's capsule was cut out during this step by the instrument of the running exercise.
+#[derive(EntityEvent, Debug, Clone, PartialEq)]
+pub struct CapsulePerforated {
+    /// The tissue.
+    #[event_target]
+    pub tissue: Entity,
+    /// Area of the capsule that went in this step, mm².
+    pub area_mm2: f64,
+    /// The deepest point of the loop at the end of the step, mm.
+    pub point: Vec3,
+}

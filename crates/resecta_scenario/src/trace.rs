@@ -1,0 +1,123 @@
+//! The trace of a run: one row a step, for plots and for a close look at what happened.
+
+use std::io::{self, Write};
+
+use bevy::prelude::*;
+use resecta_instrument::InstrumentState;
+
+use crate::metrics::{MetricId, Metrics, StepObservation};
+
+/// The rows of a run. Insert it to have a run recorded; it is emptied when an exercise is spawned.
+#[derive(Resource, Debug, Clone, PartialEq, Default)]
+pub struct Trace {
+    /// One row a step, in order.
+    pub rows: Vec<TraceRow>,
+}
+
+/// What one step was like.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct TraceRow {
+    /// Number of the step, from 1.
+    pub step: u64,
+    /// Simulated time at its end, s.
+    pub time_s: f64,
+    /// The instrument at its end.
+    pub instrument: InstrumentState,
+    /// The middle of the sheath's tip, mm.
+    pub tip: Vec3,
+    /// Triangles that the instrument touched.
+    pub contacts: u32,
+    /// Deepest overlap among them, mm.
+    pub largest_depth_mm: f64,
+    /// Whether the loop was on the capsule with current on.
+    pub current_on_capsule: bool,
+    /// Volume removed since the start, mm³ at rest.
+    pub removed_mm3: f64,
+    /// Removed share of the marked region.
+    pub marked_removed_share: f64,
+}
+
+/// The columns of [`Trace::write_csv`].
+pub const COLUMNS: &str = "step,time_s,insertion_mm,pitch_deg,yaw_deg,roll_deg,stroke_mm,cut,coagulate,\
+    tip_x_mm,tip_y_mm,tip_z_mm,contacts,largest_depth_mm,current_on_capsule,removed_mm3,marked_removed_share";
+
+impl TraceRow {
+    /// The row of a step that `metrics` has already taken into account.
+    pub fn new(step: &StepObservation, metrics: &Metrics) -> Self {
+        Self {
+            step: metrics.steps,
+            time_s: metrics.elapsed_s(),
+            instrument: step.instrument,
+            tip: step.tip,
+            contacts: step.contacts,
+            largest_depth_mm: step.largest_depth_mm,
+            current_on_capsule: step.current_on_capsule,
+            removed_mm3: metrics.value(MetricId::Removed),
+            marked_removed_share: metrics.value(MetricId::MarkedRemovedShare),
+        }
+    }
+}
+
+impl Trace {
+    /// Writes a header and the rows as comma-separated values. Numbers are the shortest that read back to the same bits,
+    /// pedals and flags are 0 or 1.
+    pub fn write_csv(&self, mut out: impl Write) -> io::Result<()> {
+        writeln!(out, "{COLUMNS}")?;
+        for row in &self.rows {
+            let TraceRow {
+                step,
+                time_s,
+                instrument,
+                tip,
+                contacts,
+                largest_depth_mm,
+                ..
+            } = row;
+            let TraceRow {
+                current_on_capsule,
+                removed_mm3,
+                marked_removed_share,
+                ..
+            } = row;
+            let InstrumentState {
+                insertion_mm,
+                pitch_deg,
+                yaw_deg,
+                roll_deg,
+                stroke_mm,
+                cut,
+                coagulate,
+            } = instrument;
+            let Vec3 { x, y, z } = tip;
+            let [cut, coagulate, current_on_capsule] = [*cut, *coagulate, *current_on_capsule].map(u8::from);
+            writeln!(
+                out,
+                "{step},{time_s},{insertion_mm},{pitch_deg},{yaw_deg},{roll_deg},{stroke_mm},{cut},{coagulate},\
+                 {x},{y},{z},{contacts},{largest_depth_mm},{current_on_capsule},{removed_mm3},{marked_removed_share}"
+            )?;
+        }
+        out.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_has_a_value_a_column() {
+        let trace = Trace {
+            rows: vec![TraceRow::default(); 3],
+        };
+        let mut bytes = Vec::new();
+        trace.write_csv(&mut bytes).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        let fields: Vec<usize> = text.lines().map(|line| line.split(',').count()).collect();
+        assert_eq!(fields, [17; 4], "{text}");
+        assert!(
+            text.lines()
+                .all(|line| line.split(',').all(|field| !field.trim().is_empty())),
+            "{text}"
+        );
+    }
+}
