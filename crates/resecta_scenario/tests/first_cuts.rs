@@ -1,0 +1,167 @@
+//! The shipped exercise on the whole stack: gland, solver, tissue, instrument.
+
+use std::path::Path;
+
+use bevy::{prelude::*, time::TimeUpdateStrategy};
+use resecta_instrument::{InstrumentPlugin, InstrumentRequest, InstrumentState};
+use resecta_scenario::{
+    ActiveExercise, EndReason, Library, MetricId, Metrics, Report, RunState, ScenarioPlugin, Trace, spawn_exercise,
+};
+use resecta_tissue::{Tissue, TissuePlugin, TissueTint};
+
+fn library() -> Library {
+    Library::new(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets"))
+}
+
+fn app() -> App {
+    let mut app = App::new();
+    app.add_plugins((
+        MinimalPlugins,
+        TissuePlugin::default(),
+        InstrumentPlugin,
+        ScenarioPlugin::default(),
+    ))
+    .insert_resource(Time::<Fixed>::from_hz(60.0))
+    .insert_resource(TimeUpdateStrategy::FixedTimesteps(1))
+    .init_resource::<Trace>();
+    let prepared = library().load("first_cuts").unwrap().prepare().unwrap();
+    spawn_exercise(app.world_mut(), prepared);
+    // The clock starts with the first update: no step yet.
+    app.update();
+    app
+}
+
+#[test]
+fn every_shipped_exercise_can_be_prepared() {
+    for name in library().exercise_names() {
+        library()
+            .load(&name)
+            .and_then(|loaded| loaded.prepare())
+            .map(drop)
+            .unwrap();
+    }
+}
+
+#[test]
+fn the_marked_part_is_middle_lobe_off_the_capsule() {
+    let prepared = library().load("first_cuts").unwrap().prepare().unwrap();
+    let volume_ml = prepared.marked.total_mm3() / 1000.0;
+    assert!((1.0..15.0).contains(&volume_ml), "{volume_ml} ml");
+    assert!(
+        prepared
+            .marked
+            .pentahedra()
+            .all(|index| prepared.tissue.capsule_area_mm2(index) == 0.0)
+    );
+    let inside: f64 = prepared
+        .marked
+        .pentahedra()
+        .map(|index| prepared.tissue.rest_volume_mm3(index))
+        .sum();
+    assert!((inside / prepared.marked.total_mm3() - 1.0).abs() < 1e-5);
+    assert!(prepared.marked.total_mm3() < prepared.adenoma_mm3);
+}
+
+#[test]
+fn spawning_another_exercise_replaces_the_first() {
+    let mut app = app();
+    app.insert_resource(RunState::Running);
+    app.update();
+    let first = app.world().resource::<ActiveExercise>().clone();
+    let parts = app
+        .world_mut()
+        .query::<&resecta_tissue::TissueNode>()
+        .iter(app.world())
+        .count();
+    let prepared = library().load("first_cuts").unwrap().prepare().unwrap();
+    spawn_exercise(app.world_mut(), prepared);
+    assert_eq!(*app.world().resource::<RunState>(), RunState::Briefing);
+    assert_eq!(app.world().resource::<Metrics>().steps, 0);
+    assert!(app.world().resource::<Trace>().rows.is_empty());
+    app.update();
+    assert!(app.world().get_entity(first.tissue).is_err());
+    assert!(app.world().get_entity(first.instrument).is_err());
+    assert_eq!(app.world_mut().query::<&Tissue>().iter(app.world()).count(), 1);
+    assert_eq!(
+        app.world_mut()
+            .query::<&resecta_tissue::TissueNode>()
+            .iter(app.world())
+            .count(),
+        parts
+    );
+}
+
+#[test]
+fn a_bad_exercise_changes_nothing() {
+    let mut app = app();
+    app.insert_resource(RunState::Running);
+    app.update();
+    let before = Report::of_world(app.world()).unwrap();
+    let entities = app.world().entities().len();
+    let text = std::fs::read_to_string(library().load("first_cuts").unwrap().file).unwrap();
+    let nowhere = text.replace("from_mm: -20, to_mm: 20", "from_mm: 500, to_mm: 600");
+    let loaded = library().load_text(&nowhere, Path::new("mine.exercise.ron")).unwrap();
+    let error = loaded.prepare().map(drop).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "mine.exercise.ron: marked is empty on this gland; expected a region with tissue in it: widen zones, clock, \
+         height or depth"
+    );
+    assert_eq!(Report::of_world(app.world()).unwrap(), before);
+    assert_eq!(app.world().entities().len(), entities);
+}
+
+/// Loop out from the start, down into the lobe, then drawn back with current. Returns report and trace.
+fn cut_once() -> (Report, Vec<u8>) {
+    let mut app = app();
+    let (instrument, tissue) = {
+        let active = app.world().resource::<ActiveExercise>();
+        (active.instrument, active.tissue)
+    };
+    assert!(!app.world().get::<TissueTint>(tissue).unwrap().nodes.is_empty());
+    let start = *app.world().get::<InstrumentState>(instrument).unwrap();
+    app.insert_resource(RunState::Running);
+    for step in 0..150 {
+        let out = (step as f32 / 40.0).min(1.0);
+        let back = ((step as f32 - 60.0) / 60.0).clamp(0.0, 1.0);
+        let state = InstrumentState {
+            insertion_mm: start.insertion_mm + 15.0,
+            pitch_deg: -8.0 * out,
+            stroke_mm: 25.0 * (out - back),
+            cut: (60..120).contains(&step),
+            ..start
+        };
+        app.world_mut().get_mut::<InstrumentRequest>(instrument).unwrap().0 = state;
+        app.update();
+    }
+    app.insert_resource(RunState::Ended(EndReason::Player));
+    let mut csv = Vec::new();
+    app.world().resource::<Trace>().write_csv(&mut csv).unwrap();
+    (Report::of_world(app.world()).unwrap(), csv)
+}
+
+#[test]
+fn a_cut_removes_tissue_and_the_same_cut_gives_the_same_bytes() {
+    let (report, trace) = cut_once();
+    let value = |id: MetricId| report.metrics.iter().find(|metric| metric.id == id).unwrap().value;
+    assert_eq!(report.run.steps, 150);
+    assert_eq!(report.run.ended, Some(EndReason::Player));
+    assert!(value(MetricId::Removed) > 0.0, "{}", report.to_json());
+    let by_zone = [
+        MetricId::LateralLobeRemoved,
+        MetricId::MiddleLobeRemoved,
+        MetricId::PeripheralRemoved,
+        MetricId::OtherRemoved,
+    ];
+    let sum: f64 = by_zone.into_iter().map(value).sum();
+    assert!(
+        (sum - value(MetricId::Removed)).abs() < 1e-6 * sum,
+        "{sum} {}",
+        value(MetricId::Removed)
+    );
+    assert!(value(MetricId::TipPath) > 10.0);
+
+    let (again, trace_again) = cut_once();
+    assert_eq!(report.to_json(), again.to_json());
+    assert_eq!(trace, trace_again);
+}
