@@ -149,9 +149,20 @@ impl Tissue {
     pub(crate) fn pre_tension_of(&self, spring: u32) -> Vec3 {
         let [a, b] = self.springs.nodes[spring as usize].map(|node| self.rest_position(node));
         let (along, length) = (b - a).normalize_and_length();
-        let stiffness = self.modulus_pa as f32 * self.springs.backing[spring as usize] / (length * length);
-        along * (stiffness * length * self.pre_tension)
+        let backing = self.springs.backing[spring as usize];
+        along * (stiffness(self.modulus_pa, backing, length, self.mean_length) * length * self.pre_tension)
     }
+}
+
+/// Springs below this share of the mean rest length are as stiff as one of that length. Rings of a narrow lumen and of the
+/// ends of a real gland have cells a tenth as wide as the rest; by modulus and size alone they would dictate a tenth of
+/// the step to the whole tissue, for the sake of what no surgeon could feel.
+const SHORTEST_SHARE: f32 = 1.0 / 3.0;
+
+/// Stiffness of a spring by what stands behind it (mm³) and its length at rest, µN/mm.
+fn stiffness(modulus_pa: f64, backing: f32, length: f32, mean_length: f32) -> f32 {
+    let length = length.max(SHORTEST_SHARE * mean_length);
+    modulus_pa as f32 * backing / (length * length)
 }
 
 /// Sorts values by key, keeping their order, into one array with the start of each key's values.
@@ -356,7 +367,8 @@ fn springs(mesh: &TissueMesh, material: &Material) -> Result<Springs, MeshError>
     if let Some(spring) = backed.iter().position(|backed| !backed) {
         return Err(MeshError::NothingBehind(spring));
     }
-    let of_length = |(volume, length): (&f32, &f32)| material.modulus_pa as f32 * volume / (length * length);
+    let mean_length = rest_length.iter().sum::<f32>() / count as f32;
+    let of_length = |(&backing, &length): (&f32, &f32)| stiffness(material.modulus_pa, backing, length, mean_length);
     let stiffness: Vec<f32> = backing.iter().zip(&rest_length).map(of_length).collect();
     Ok(Springs::new(
         mesh.springs.clone(),

@@ -7,27 +7,27 @@ use crate::tissue::Tissue;
 
 /// Positions after `duration_s` in `steps` steps from the tissue's present state, mm, a node each.
 ///
-/// Springs, bed, damping and loads act as in an advance; contacts and the coming on of resection forces do not (those
-/// already in effect do). Removed nodes and nodes put aside stay where they are.
+/// Springs, bed, damping, loads and resection forces (coming on linearly, as over one advance of that length) act;
+/// contacts do not. Removed nodes and nodes put aside stay where they are.
 pub fn positions_after(tissue: &Tissue, duration_s: f64, steps: u32) -> Vec<DVec3> {
+    let mut tissue = tissue.clone();
+    tissue.collapse.approach(duration_s);
     let nodes = 0..tissue.node_count() as u32;
     let mut positions: Vec<DVec3> = nodes.clone().map(|node| tissue.position(node).as_dvec3()).collect();
     let mut velocities: Vec<DVec3> = nodes.map(|node| tissue.velocity(node).as_dvec3()).collect();
     let step = duration_s / f64::from(steps);
     let along = |base: &[DVec3], slope: &[DVec3], time: f64| -> Vec<DVec3> {
-        base.iter()
-            .zip(slope)
-            .map(|(base, slope)| *base + *slope * time)
-            .collect()
+        base.iter().zip(slope).map(|(base, slope)| *base + *slope * time).collect()
     };
-    for _ in 0..steps {
-        let a1 = accelerations(tissue, &positions, &velocities);
+    for number in 0..steps {
+        let share = |part: f64| (f64::from(number) + part) / f64::from(steps);
+        let a1 = accelerations(&tissue, share(0.0), &positions, &velocities);
         let v2 = along(&velocities, &a1, 0.5 * step);
-        let a2 = accelerations(tissue, &along(&positions, &velocities, 0.5 * step), &v2);
+        let a2 = accelerations(&tissue, share(0.5), &along(&positions, &velocities, 0.5 * step), &v2);
         let v3 = along(&velocities, &a2, 0.5 * step);
-        let a3 = accelerations(tissue, &along(&positions, &v2, 0.5 * step), &v3);
+        let a3 = accelerations(&tissue, share(0.5), &along(&positions, &v2, 0.5 * step), &v3);
         let v4 = along(&velocities, &a3, step);
-        let a4 = accelerations(tissue, &along(&positions, &v3, step), &v4);
+        let a4 = accelerations(&tissue, share(1.0), &along(&positions, &v3, step), &v4);
         for node in 0..positions.len() {
             let velocity = velocities[node];
             positions[node] += (velocity + 2.0 * v2[node] + 2.0 * v3[node] + v4[node]) * (step / 6.0);
@@ -37,7 +37,8 @@ pub fn positions_after(tissue: &Tissue, duration_s: f64, steps: u32) -> Vec<DVec
     positions
 }
 
-fn accelerations(tissue: &Tissue, positions: &[DVec3], velocities: &[DVec3]) -> Vec<DVec3> {
+/// Accelerations, mm/s², with resection forces a `share` (0 to 1) of the way through the advance.
+fn accelerations(tissue: &Tissue, share: f64, positions: &[DVec3], velocities: &[DVec3]) -> Vec<DVec3> {
     let mut forces: Vec<DVec3> = (0..tissue.node_count() as u32)
         .map(|node| {
             let index = node as usize;
@@ -48,6 +49,9 @@ fn accelerations(tissue: &Tissue, positions: &[DVec3], velocities: &[DVec3]) -> 
                 - damping * velocities[index]
         })
         .collect();
+    for (node, step) in tissue.collapse.steps() {
+        forces[node as usize] += share * step.as_dvec3();
+    }
     for spring in 0..tissue.spring_count() as u32 {
         let state = tissue.spring(spring);
         let [a, b] = state.nodes.map(|node| node as usize);
