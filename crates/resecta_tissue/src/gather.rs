@@ -30,70 +30,63 @@ pub(crate) struct RemovedParts {
 #[derive(Resource, Default)]
 pub(crate) struct TissueCount(u64);
 
-/// Whether a tissue has no entities for its parts yet.
-pub(crate) fn any_new_tissue(tissues: Query<&Tissue, Added<Tissue>>) -> bool {
-    tissues.iter().any(|tissue| tissue.parts.is_none())
-}
-
-/// Spawns the entities of the parts of new tissues, in batches, in the order of their indices.
-pub(crate) fn spawn_parts(world: &mut World) {
-    let mut tissues = world.query::<(Entity, &Tissue)>();
-    let new: Vec<Entity> = tissues
-        .iter(world)
-        .filter(|(_, tissue)| tissue.parts.is_none())
-        .map(|(entity, _)| entity)
-        .collect();
-    for entity in new {
-        let Some(tissue) = world.get::<Tissue>(entity) else {
-            continue;
-        };
-        let solver = &tissue.solver;
-        let nodes: Vec<TissueNode> = (0..solver.node_count() as u32)
-            .map(|index| node(entity, solver, index))
-            .collect();
-        let springs: Vec<Spring> = (0..solver.spring_count() as u32)
-            .map(|index| spring(entity, solver, index))
-            .collect();
-        let pentahedra: Vec<Pentahedron> = (0..solver.pentahedron_count() as u32)
-            .map(|index| pentahedron(entity, solver, index))
-            .collect();
-        let alive = (
-            Vec::from_iter((0..nodes.len() as u32).map(|index| solver.is_node_alive(index))),
-            Vec::from_iter((0..springs.len() as u32).map(|index| solver.is_spring_alive(index))),
-            Vec::from_iter((0..pentahedra.len() as u32).map(|index| solver.is_pentahedron_alive(index))),
-        );
-        let parts = PartEntities {
-            nodes: spawn(world, nodes, &alive.0),
-            springs: spawn(world, springs, &alive.1),
-            pentahedra: spawn(world, pentahedra, &alive.2),
-        };
-        let mut count = world.resource_mut::<TissueCount>();
-        let ordinal = count.0;
-        count.0 += 1;
-        if let Some(mut tissue) = world.get_mut::<Tissue>(entity) {
-            tissue.parts = Some(parts);
-            tissue.ordinal = ordinal;
+/// Lets the entities of the parts of new tissues be spawned. By a command: an exclusive system would be ambiguous with
+/// whatever else runs in the schedule.
+pub(crate) fn spawn_parts(tissues: Query<(Entity, &Tissue)>, mut commands: Commands) {
+    for (entity, tissue) in &tissues {
+        if tissue.parts.is_none() {
+            commands.queue(move |world: &mut World| spawn_parts_of(world, entity));
         }
     }
 }
 
-/// An entity for each living part; the placeholder stands for the dead parts of a tissue that was cut before.
-fn spawn<C: Component>(world: &mut World, parts: Vec<C>, alive: &[bool]) -> Vec<Entity> {
-    let living: Vec<C> = parts
-        .into_iter()
-        .zip(alive)
-        .filter(|(_, alive)| **alive)
-        .map(|(part, _)| part)
-        .collect();
-    let mut spawned = world.spawn_batch(living).collect::<Vec<Entity>>().into_iter();
-    let entity = |alive: &bool| {
-        if *alive {
-            spawned.next().unwrap_or(Entity::PLACEHOLDER)
-        } else {
-            Entity::PLACEHOLDER
-        }
+/// Spawns the entities of a tissue's parts, in batches, in the order of their indices.
+fn spawn_parts_of(world: &mut World, entity: Entity) {
+    let Some(tissue) = world.get::<Tissue>(entity) else {
+        return;
     };
-    alive.iter().map(entity).collect()
+    let solver = &tissue.solver;
+    let nodes: Vec<u32> = (0..solver.node_count() as u32).collect();
+    let springs: Vec<u32> = (0..solver.spring_count() as u32).collect();
+    let pentahedra: Vec<u32> = (0..solver.pentahedron_count() as u32).collect();
+    // Dead parts of a tissue that was cut before get no entity.
+    let nodes: Vec<Option<TissueNode>> = nodes
+        .into_iter()
+        .map(|n| solver.is_node_alive(n).then(|| node(entity, solver, n)))
+        .collect();
+    let springs: Vec<Option<Spring>> = springs
+        .into_iter()
+        .map(|s| solver.is_spring_alive(s).then(|| spring(entity, solver, s)))
+        .collect();
+    let pentahedra: Vec<Option<Pentahedron>> = pentahedra
+        .into_iter()
+        .map(|p| solver.is_pentahedron_alive(p).then(|| pentahedron(entity, solver, p)))
+        .collect();
+    let parts = PartEntities {
+        nodes: spawn(world, nodes),
+        springs: spawn(world, springs),
+        pentahedra: spawn(world, pentahedra),
+    };
+    let mut count = world.resource_mut::<TissueCount>();
+    let ordinal = count.0;
+    count.0 += 1;
+    if let Some(mut tissue) = world.get_mut::<Tissue>(entity) {
+        tissue.parts = Some(parts);
+        tissue.ordinal = ordinal;
+    }
+}
+
+/// An entity for each part there is; a placeholder for each that there is not.
+fn spawn<C: Component>(world: &mut World, parts: Vec<Option<C>>) -> Vec<Entity> {
+    let there: Vec<bool> = parts.iter().map(Option::is_some).collect();
+    let living: Vec<C> = parts.into_iter().flatten().collect();
+    let mut spawned = world.spawn_batch(living).collect::<Vec<Entity>>().into_iter();
+    let entity = |there: bool| if there { spawned.next() } else { None };
+    there
+        .into_iter()
+        .map(entity)
+        .map(|entity| entity.unwrap_or(Entity::PLACEHOLDER))
+        .collect()
 }
 
 fn node(tissue: Entity, solver: &resecta_solver::Tissue, index: u32) -> TissueNode {

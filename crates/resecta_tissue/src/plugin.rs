@@ -103,11 +103,7 @@ impl Plugin for TissuePlugin {
         app.add_systems(
             self.schedule,
             (
-                (
-                    begin_step,
-                    gather::spawn_parts.run_if(gather::any_new_tissue),
-                    gather::gather,
-                )
+                (begin_step, gather::spawn_parts, gather::gather)
                     .chain()
                     .in_set(TissueSystems::Prepare),
                 (collide::read_tools, collide::collide.run_if(collide::any_collision))

@@ -102,18 +102,11 @@ impl Collider {
 
     /// Puts the faces that may lie within `range` of an axis into `found`, by ascending slot.
     pub fn near_axis(&self, tissue: &resecta_solver::Tissue, axis: &Axis, range: f32, found: &mut Vec<Face>) {
-        let (direction, length_squared) = (axis.b - axis.a, axis.a.distance_squared(axis.b));
         let near = |mins: Vec3, maxs: Vec3| {
             let (centre, half) = (0.5 * (mins + maxs), 0.5 * (maxs - mins));
-            let share = if length_squared > 0.0 {
-                (centre - axis.a).dot(direction) / length_squared
-            } else {
-                0.0
-            }
-            .clamp(0.0, 1.0);
             // The distance from the axis to the box is at least that to its centre less half its diagonal.
             let reach = range + half.length();
-            axis.at(share).distance_squared(centre) <= reach * reach
+            axis.at(axis.share_nearest(centre)).distance_squared(centre) <= reach * reach
         };
         found.clear();
         found.extend(

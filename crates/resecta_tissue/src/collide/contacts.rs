@@ -21,6 +21,31 @@ const RECOVERY_MM_PER_S: f32 = 60.0;
 /// Below this distance the direction between two points is noise, mm.
 const NO_DIRECTION_MM: f32 = 1e-4;
 
+/// Faces whose middle dips less than this between corners that are held need no contact of their own, mm.
+const DIP_MM: f32 = 0.1;
+
+/// A point of a face with this weight at a corner is the corner.
+const CORNER_WEIGHT: f32 = 0.999;
+/// A face runs along a sheath if the cosine between its normal and the sheath's axis is below this (45 degrees).
+const WALL_SLOPE: f32 = 0.7;
+/// Points ahead of a round tip and nearer to its axis than this share of its radius are pushed ahead.
+const NO_SIDE_SHARE: f32 = 0.2;
+
+/// What a contact holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Held {
+    /// The point of a face nearest to the part. Told in messages.
+    Face {
+        /// Slot of the face in the surface.
+        slot: u32,
+    },
+    /// A corner of faces.
+    Corner {
+        /// The node.
+        node: u32,
+    },
+}
+
 /// A contact with what it came from.
 #[derive(Debug, Clone, Copy)]
 pub struct Found {
@@ -29,26 +54,29 @@ pub struct Found {
     /// Index of the part in its tool.
     pub part: u32,
     pub kind: ToolPartKind,
-    pub slot: u32,
+    pub held: Held,
+    /// Whether the solver is to enforce it; a face whose corners are held is only told.
+    pub enforced: bool,
     pub point: Vec3,
-    /// How far the part would reach past the face, mm; negative where it only comes near.
+    /// How far the part would reach past the point, mm; negative where it only comes near.
     pub depth: f32,
     pub contact: Contact,
 }
 
 impl Found {
-    /// Whether the part touches, rather than merely being near.
+    /// Whether the part touches a face, rather than merely being near.
     pub fn touches(&self) -> bool {
-        self.depth > -TOUCH_MM
+        self.depth > -TOUCH_MM && matches!(self.held, Held::Face { .. })
     }
 }
 
-/// Puts the contacts of one part during one pass at the end of `found`, by ascending slot, at most one a face.
+/// Puts the contacts of one part during one pass at the end of `found`: faces by ascending slot, at most one each, then
+/// corners by ascending node, since later contacts win.
 pub fn find(
     collider: &Collider,
     tissue: &resecta_solver::Tissue,
     part: &PartSweep,
-    (tool_index, part_index): (u32, u32),
+    (tool, part_index): (u32, u32),
     pass_s: f32,
     faces: &mut Vec<Face>,
     found: &mut Vec<Found>,
@@ -57,54 +85,166 @@ pub fn find(
     let range = (part.radius + MARGIN_MM).max(DEPTH_LIMIT_MM) + motion;
     collider.near_axis(tissue, &part.to, range, faces);
     let first = found.len();
-    for face in faces.iter() {
-        let Some((face, closest, normal)) = push(collider, tissue, part, face) else {
-            continue;
-        };
-        let start = part.from.at(closest.share);
-        let at = |point: Vec3| normal.dot(point) + part.radius;
-        let (now, goal) = (normal.dot(closest.on_triangle), at(closest.on_segment));
-        let offset_start = now.min(at(start));
-        let reach = normal.dot(closest.on_segment - start).max(0.0) + RECOVERY_MM_PER_S * pass_s;
-        found.push(Found {
-            tool: tool_index,
+    let mut corners: Vec<(u32, Touch)> = Vec::new();
+    let record = |held: Held, enforced: bool, nodes: [u32; 3], touch: &Touch| {
+        let contact = touch.contact(part, nodes, pass_s);
+        let (goal, now) = touch.goal_and_now();
+        Found {
+            tool,
             part: part_index,
             kind: part.kind,
-            slot: face.slot,
-            point: closest.on_triangle,
+            held,
+            enforced,
+            point: touch.closest.on_triangle,
             depth: goal - now,
-            contact: Contact {
-                nodes: face.nodes,
-                weights: closest.weights,
-                normal,
-                offset_start,
-                offset_end: goal.min(offset_start + reach),
-            },
-        });
+            contact,
+        }
+    };
+    for face in faces.iter() {
+        let Some(push) = push(collider, tissue, part, face) else {
+            continue;
+        };
+        let mut covered = false;
+        if push.outside {
+            let near = corners_near(part, face);
+            let at_corner = push.touch.closest.weights.iter().any(|weight| *weight > CORNER_WEIGHT);
+            covered = at_corner || near.iter().all(Option::is_some) && dip(part.radius, face) < DIP_MM;
+            let near = face.nodes.into_iter().zip(near);
+            corners.extend(near.filter_map(|(node, touch)| Some((node, touch?))));
+        }
+        found.push(record(
+            Held::Face { slot: push.face.slot },
+            !covered,
+            push.face.nodes,
+            &push.touch,
+        ));
     }
-    // Several faces may lead to the same nearest face.
-    found[first..].sort_by(|a, b| {
-        (a.slot, b.depth)
-            .partial_cmp(&(b.slot, a.depth))
-            .unwrap_or(std::cmp::Ordering::Equal)
-    });
+    // Several faces may lead to the same nearest face: the deepest stays.
+    found[first..].sort_by(|a, b| a.held.cmp(&b.held).then(b.depth.total_cmp(&a.depth)));
     let mut kept = first;
     for i in first..found.len() {
-        if i == first || found[i].slot != found[kept - 1].slot {
+        if i == first || found[i].held != found[kept - 1].held {
             found[kept] = found[i];
             kept += 1;
         }
     }
     found.truncate(kept);
+    // Of the faces around a corner, the one that lets it slip furthest aside counts: it asks for the shortest way.
+    corners.sort_by(|(a, first), (b, second)| a.cmp(b).then(first.reach.total_cmp(&second.reach)));
+    corners.dedup_by_key(|(node, _)| *node);
+    found.extend(
+        corners
+            .iter()
+            .map(|(node, touch)| record(Held::Corner { node: *node }, true, [*node; 3], touch)),
+    );
+}
+
+/// The points of a part and of the tissue that touch, and the direction in which the tissue gives way.
+#[derive(Debug, Clone, Copy)]
+struct Touch {
+    closest: ClosestPoints,
+    normal: Vec3,
+    /// How far from the point of the axis, along the normal, the part's surface is, mm.
+    reach: f32,
+}
+
+impl Touch {
+    /// Tissue gives way straight from the axis; but a wall that runs along a sheath is spread by the sheath's round tip
+    /// rather than driven ahead of it, as a lumen is that a sheath enters.
+    fn outside(part: &PartSweep, closest: ClosestPoints, outward: Vec3) -> Touch {
+        let away = closest.on_triangle - closest.on_segment;
+        let straight = Touch {
+            closest,
+            normal: away.normalize_or(-outward),
+            reach: part.radius,
+        };
+        let forward = match closest.share {
+            _ if part.kind != ToolPartKind::Sheath => return straight,
+            0.0 => (part.to.a - part.to.b).normalize_or_zero(),
+            1.0 => (part.to.b - part.to.a).normalize_or_zero(),
+            _ => return straight,
+        };
+        let ahead = forward.dot(away);
+        let sideways = away - forward * ahead;
+        let runs_along = outward.dot(forward).abs() < WALL_SLOPE;
+        if !runs_along || ahead >= part.radius || sideways.length() < part.radius * NO_SIDE_SHARE {
+            return straight;
+        }
+        let reach = (part.radius * part.radius - ahead * ahead).max(0.0).sqrt();
+        Touch {
+            closest,
+            normal: sideways.normalize(),
+            reach,
+        }
+    }
+
+    /// Where the point is to be along the normal at the end of the pass, and where it is, mm.
+    fn goal_and_now(&self) -> (f32, f32) {
+        (
+            self.normal.dot(self.closest.on_segment) + self.reach,
+            self.normal.dot(self.closest.on_triangle),
+        )
+    }
+
+    fn contact(&self, part: &PartSweep, nodes: [u32; 3], pass_s: f32) -> Contact {
+        let (goal, now) = self.goal_and_now();
+        let start = part.from.at(self.closest.share);
+        let offset_start = now.min(self.normal.dot(start) + self.reach).min(goal);
+        // A round tip spreads tissue at most about as fast as it moves, until it is deep in it.
+        let motion = start.distance(self.closest.on_segment);
+        Contact {
+            nodes,
+            weights: self.closest.weights,
+            normal: self.normal,
+            offset_start,
+            offset_end: goal.min(offset_start + 2.0 * motion + RECOVERY_MM_PER_S * pass_s),
+        }
+    }
+}
+
+/// The corners of a face that a part outside of it holds.
+fn corners_near(part: &PartSweep, face: &Face) -> [Option<Touch>; 3] {
+    let outward = face.normal();
+    [0, 1, 2].map(|corner| {
+        let point = face.corners[corner];
+        let share = part.to.share_nearest(point);
+        let on_segment = part.to.at(share);
+        let away = point - on_segment;
+        let distance = away.length();
+        let held = distance > NO_DIRECTION_MM && distance <= part.radius + MARGIN_MM && outward.dot(away) <= 0.0;
+        held.then(|| {
+            // All three nodes of the contact are this corner, so one weight is enough.
+            let closest = ClosestPoints {
+                share,
+                on_segment,
+                weights: [1.0, 0.0, 0.0],
+                on_triangle: point,
+            };
+            Touch::outside(part, closest, outward)
+        })
+    })
+}
+
+/// How far the middle of a face's longest edge lies within a cylinder whose surface holds the edge's ends, mm.
+fn dip(radius: f32, face: &Face) -> f32 {
+    let [a, b, c] = face.corners;
+    let half = 0.25
+        * a.distance_squared(b)
+            .max(b.distance_squared(c))
+            .max(c.distance_squared(a));
+    radius - (radius * radius - half).max(0.0).sqrt()
+}
+
+/// A face that a part pushes.
+struct Push {
+    face: Face,
+    touch: Touch,
+    /// Whether the part's axis is outside the tissue.
+    outside: bool,
 }
 
 /// Which face the part pushes on account of a face near it, from where, and in which direction.
-fn push(
-    collider: &Collider,
-    tissue: &resecta_solver::Tissue,
-    part: &PartSweep,
-    face: &Face,
-) -> Option<(Face, ClosestPoints, Vec3)> {
+fn push(collider: &Collider, tissue: &resecta_solver::Tissue, part: &PartSweep, face: &Face) -> Option<Push> {
     let outward = face.normal();
     if outward == Vec3::ZERO {
         return None;
@@ -112,13 +252,29 @@ fn push(
     let closest = segment_triangle(part.to.a, part.to.b, face.corners);
     let distance = closest.distance();
     let side = outward.dot(closest.on_segment - closest.on_triangle);
+    let inward = |face: &Face, closest| {
+        let touch = Touch {
+            closest,
+            normal: -face.normal(),
+            reach: part.radius,
+        };
+        Some(Push {
+            face: *face,
+            touch,
+            outside: false,
+        })
+    };
     let separated = || {
-        let normal = (closest.on_triangle - closest.on_segment) / distance;
-        (distance <= part.radius + MARGIN_MM).then_some((*face, closest, normal))
+        let near = distance <= part.radius + MARGIN_MM;
+        near.then(|| Push {
+            face: *face,
+            touch: Touch::outside(part, closest, outward),
+            outside: true,
+        })
     };
     if distance <= NO_DIRECTION_MM {
         // The axis passes through the face: tissue goes inward, out of its way.
-        return Some((*face, closest, -outward));
+        return inward(face, closest);
     }
     if side >= 0.0 {
         return separated();
@@ -134,12 +290,14 @@ fn push(
     // Inside. If the pass began before this face, it was passed on the way: it is pushed ahead of the part.
     let before = segment_triangle(part.from.a, part.from.b, face.corners);
     if outward.dot(before.on_segment - before.on_triangle) >= 0.0 {
-        return Some((*face, closest, -outward));
+        return inward(face, closest);
     }
     // Otherwise the nearest face is moved past the part.
-    let closest = ClosestPoints {
-        share: closest.share,
-        ..nearest.closest
-    };
-    Some((nearest.face, closest, -nearest.face.normal()))
+    inward(
+        &nearest.face,
+        ClosestPoints {
+            share: closest.share,
+            ..nearest.closest
+        },
+    )
 }

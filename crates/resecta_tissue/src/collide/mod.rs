@@ -80,12 +80,9 @@ pub(crate) fn collide(
             }
             if passes > 1 {
                 // Of the contacts of a part and a face over the passes, the deepest tells.
-                found.sort_by(|a, b| {
-                    (a.tool, a.part, a.slot)
-                        .cmp(&(b.tool, b.part, b.slot))
-                        .then(b.depth.total_cmp(&a.depth))
-                });
-                found.dedup_by_key(|found| (found.tool, found.part, found.slot));
+                let of = |found: &Found| (found.tool, found.part, found.held);
+                found.sort_by(|a, b| of(a).cmp(&of(b)).then(b.depth.total_cmp(&a.depth)));
+                found.dedup_by_key(|found| of(found));
             }
             for found in found.iter().filter(|found| found.touches()) {
                 let tool = &tools[found.tool as usize];
@@ -148,10 +145,8 @@ pub(crate) fn integrate(
                             &mut found,
                         );
                     }
-                    let pushing = found
-                        .iter()
-                        .filter(|found| tools[found.tool as usize].pushes(found.kind));
-                    contacts.extend(pushing.map(|found| found.contact));
+                    let pushes = |found: &&Found| found.enforced && tools[found.tool as usize].pushes(found.kind);
+                    contacts.extend(found.iter().filter(pushes).map(|found| found.contact));
                     collider.put_found(found);
                 }
                 let pass_s = time.delta_secs_f64() / f64::from(passes);

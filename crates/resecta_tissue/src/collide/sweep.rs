@@ -34,6 +34,16 @@ impl Axis {
         self.a.lerp(self.b, share)
     }
 
+    /// Where along the axis it is nearest to a point, as a share.
+    pub fn share_nearest(&self, point: Vec3) -> f32 {
+        let squared = self.a.distance_squared(self.b);
+        if squared > 0.0 {
+            ((point - self.a).dot(self.b - self.a) / squared).clamp(0.0, 1.0)
+        } else {
+            0.0
+        }
+    }
+
     /// How far the axis moves to become another, mm: no point of it moves further.
     pub fn motion(&self, to: &Axis) -> f32 {
         self.a.distance(to.a).max(self.b.distance(to.b))

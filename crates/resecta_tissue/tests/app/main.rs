@@ -1,0 +1,11 @@
+//! Apps without a window: what the plugin promises, checked through components and messages.
+//!
+//! One binary, so that Bevy is linked once.
+
+mod collision;
+mod cost;
+mod cutting;
+mod edits;
+mod mesh;
+mod scenes;
+mod schedule;
