@@ -17,7 +17,10 @@ pub fn positions_after(tissue: &Tissue, duration_s: f64, steps: u32) -> Vec<DVec
     let mut velocities: Vec<DVec3> = nodes.map(|node| tissue.velocity(node).as_dvec3()).collect();
     let step = duration_s / f64::from(steps);
     let along = |base: &[DVec3], slope: &[DVec3], time: f64| -> Vec<DVec3> {
-        base.iter().zip(slope).map(|(base, slope)| *base + *slope * time).collect()
+        base.iter()
+            .zip(slope)
+            .map(|(base, slope)| *base + *slope * time)
+            .collect()
     };
     for number in 0..steps {
         let share = |part: f64| (f64::from(number) + part) / f64::from(steps);

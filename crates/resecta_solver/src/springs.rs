@@ -6,13 +6,19 @@
 //! length. Slots are ordered so that consecutive slots join consecutive nodes: springs are sorted by the distance between
 //! their two nodes, then by the first, and each stretch in which both nodes rise by one is a *run*. A lattice numbered
 //! along its rings falls into few long runs; their forces read and write contiguous memory, the compiler turns the loop
-//! into vector instructions, and nothing is gathered. Short gaps in a run are filled with slots of stiffness 0, which
-//! costs less than a new run; springs in runs too short to pay are computed from gathered positions.
+//! into vector instructions, and nothing is gathered. Short gaps in a run and its end up to a whole [`CHUNK`] are filled
+//! with slots of stiffness 0, which cost less than a new run or a loop for the rest; springs in runs too short to pay are
+//! computed from gathered positions.
+//!
+//! A chunk's forces stay in registers: they are added to its first nodes, then taken from its second nodes. That order is
+//! the same whatever the width of the registers, so the sums have the same bits on every processor.
 //!
 //! A removed spring keeps its slot with stiffness 0: no run is broken, nothing is renumbered, and removal costs nothing in
 //! the loop.
 
-use crate::vectors::Vectors;
+use glam::Vec3;
+
+use crate::vectors::{Vectors, chunk};
 
 /// The springs of a tissue.
 #[derive(Debug, Clone)]
@@ -44,11 +50,11 @@ struct Run {
     b: u32,
 }
 
-/// Slots computed at a time: their forces stay in the nearest cache until they are added to the nodes.
-const BLOCK: usize = 128;
+/// Slots computed at a time: one register of 16 `f32`, two of 8, or four of 4.
+pub(crate) const CHUNK: usize = 16;
 
-/// Forces of a block of slots, by component, µN.
-type Pull = [[f32; BLOCK]; 3];
+/// Forces of a chunk of slots, by component, µN.
+type Pull = [[f32; CHUNK]; 3];
 
 /// Up to this many empty slots are put in to join two runs: about what the start of a run costs.
 const LONGEST_GAP: u32 = 8;
@@ -130,77 +136,59 @@ impl Springs {
 
     /// Adds the force of every spring to its nodes, µN: equation (2) of the papers with the sign of a pull.
     ///
-    /// The result has the same bits whichever instructions the processor offers: no operation is fused or reordered.
+    /// Inlined into callers that were compiled for wider registers.
     #[inline(always)]
     pub fn add_forces(&self, positions: &Vectors, forces: &mut Vectors) {
-        // Written before it is read; clearing it for every block would cost as much as the shorter runs.
-        let mut pull = [[0.0; BLOCK]; 3];
         for run in &self.runs {
-            let mut done = 0;
-            while done < run.length as usize {
-                let length = BLOCK.min(run.length as usize - done);
-                let first = run.first as usize + done;
-                let (a, b) = (run.a as usize + done, run.b as usize + done);
-                let ends = [positions.slices(a..a + length), positions.slices(b..b + length)];
-                self.pull(first, length, ends, &mut pull);
-                for (pull, forces) in pull.iter().zip(forces.each_mut()) {
-                    // Two passes: the two ranges of nodes may overlap.
-                    for (force, pull) in forces[a..a + length].iter_mut().zip(pull) {
-                        *force += pull;
-                    }
-                    for (force, pull) in forces[b..b + length].iter_mut().zip(pull) {
-                        *force -= pull;
-                    }
-                }
-                done += length;
+            let (first, a, b) = (run.first as usize, run.a as usize, run.b as usize);
+            for start in (0..run.length as usize).step_by(CHUNK) {
+                let (a, b) = (a + start, b + start);
+                let pull = self.pull(first + start, positions.chunk(a), positions.chunk(b));
+                forces.add_chunk(a, 1.0, &pull);
+                forces.add_chunk(b, -1.0, &pull);
             }
         }
-        self.add_loose_forces(positions, forces, &mut pull);
+        self.add_loose_forces(positions, forces);
     }
 
     /// The springs outside of runs: positions are gathered, forces scattered, and only what lies between is vectorised.
     #[inline(always)]
-    fn add_loose_forces(&self, positions: &Vectors, forces: &mut Vectors, pull: &mut Pull) {
-        let mut gathered = [[[0.0f32; BLOCK]; 3]; 2];
-        for (block, ends) in self.loose.chunks(BLOCK).enumerate() {
+    fn add_loose_forces(&self, positions: &Vectors, forces: &mut Vectors) {
+        for (chunk, ends) in self.loose.chunks(CHUNK).enumerate() {
+            let mut places = [[[0.0; CHUNK]; 3]; 2];
             for (n, pair) in ends.iter().enumerate() {
-                for (gathered, &node) in gathered.iter_mut().zip(pair) {
-                    [gathered[0][n], gathered[1][n], gathered[2][n]] = positions.get(node as usize);
+                for (places, &node) in places.iter_mut().zip(pair) {
+                    [places[0][n], places[1][n], places[2][n]] = positions.get(node as usize);
                 }
             }
-            let places = [0, 1].map(|end| [0, 1, 2].map(|axis| &gathered[end][axis][..ends.len()]));
-            self.pull(self.first_loose() + block * BLOCK, ends.len(), places, pull);
-            for (pull, forces) in pull.iter().zip(forces.each_mut()) {
-                for (&[a, b], pull) in ends.iter().zip(pull) {
-                    forces[a as usize] += pull;
-                    forces[b as usize] -= pull;
-                }
+            let pull = self.pull(self.first_loose() + chunk * CHUNK, places[0], places[1]);
+            for (n, &[a, b]) in ends.iter().enumerate() {
+                let pull = Vec3::new(pull[0][n], pull[1][n], pull[2][n]);
+                forces.add(a, pull);
+                forces.add(b, -pull);
             }
         }
     }
 
-    /// Pull on the first node of each of `length` slots (at most [`BLOCK`]) from `first` on, by component, µN.
+    /// Pull on the first node of each slot of a chunk that begins with slot `first`, µN.
     #[inline(always)]
-    fn pull(&self, first: usize, length: usize, [a, b]: [[&[f32]; 3]; 2], pull: &mut Pull) {
-        let length = length.min(BLOCK);
-        let (stiffness, rest_length) = (
-            &self.stiffness[first..first + length],
-            &self.rest_length[first..first + length],
-        );
-        let [ax, ay, az] = a.map(|places| &places[..length]);
-        let [bx, by, bz] = b.map(|places| &places[..length]);
-        for n in 0..length {
-            let (dx, dy, dz) = (bx[n] - ax[n], by[n] - ay[n], bz[n] - az[n]);
+    fn pull(&self, first: usize, a: [[f32; CHUNK]; 3], b: [[f32; CHUNK]; 3]) -> Pull {
+        let stiffness: &[f32; CHUNK] = chunk(&self.stiffness, first);
+        let rest_length: &[f32; CHUNK] = chunk(&self.rest_length, first);
+        let mut pull = [[0.0; CHUNK]; 3];
+        for n in 0..CHUNK {
+            let (dx, dy, dz) = (b[0][n] - a[0][n], b[1][n] - a[1][n], b[2][n] - a[2][n]);
             let distance = (dx * dx + dy * dy + dz * dz).sqrt();
             let tension = stiffness[n] * (distance - rest_length[n]) / distance.max(SHORTEST);
             pull[0][n] = tension * dx;
             pull[1][n] = tension * dy;
             pull[2][n] = tension * dz;
         }
+        pull
     }
 
     fn first_loose(&self) -> usize {
-        self.stiffness.len() - self.loose.len()
+        self.stiffness.len() - self.loose.len().next_multiple_of(CHUNK)
     }
 }
 
@@ -218,7 +206,7 @@ fn lay_out(nodes: &[[u32; 2]]) -> (Vec<Run>, Vec<u32>, Vec<[u32; 2]>, usize) {
         offset == next_offset && next_a > a && next_a - a <= LONGEST_GAP + 1
     });
     let (mut runs, mut slot, mut alone) = (Vec::new(), vec![0u32; nodes.len()], Vec::new());
-    let mut slots = 0u32;
+    let mut slots = 0;
     for stretch in stretches {
         let [a, b] = nodes[stretch[0] as usize];
         let [last, _] = nodes[stretch[stretch.len() - 1] as usize];
@@ -236,13 +224,13 @@ fn lay_out(nodes: &[[u32; 2]]) -> (Vec<Run>, Vec<u32>, Vec<[u32; 2]>, usize) {
             a,
             b,
         });
-        slots += length;
+        slots += length.next_multiple_of(CHUNK as u32);
     }
     for (place, &spring) in (slots..).zip(&alone) {
         slot[spring as usize] = place;
     }
     let loose = alone.iter().map(|&spring| nodes[spring as usize]).collect();
-    (runs, slot, loose, slots as usize + alone.len())
+    (runs, slot, loose, slots as usize + alone.len().next_multiple_of(CHUNK))
 }
 
 #[cfg(test)]

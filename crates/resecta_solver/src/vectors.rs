@@ -1,24 +1,27 @@
 //! Three-dimensional vectors as a structure of arrays, the layout of every hot loop: one component of consecutive nodes
 //! fills one vector register.
 
-use std::ops::Range;
-
 use glam::Vec3;
 
-/// One vector a node, by component.
+use crate::springs::CHUNK;
+
+/// One vector a node, by component. Behind the last node stand as many zeros as a chunk may reach past it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Vectors {
     x: Vec<f32>,
     y: Vec<f32>,
     z: Vec<f32>,
+    count: usize,
 }
 
 impl Vectors {
     pub fn zero(count: usize) -> Vectors {
+        let zeros = vec![0.0; count + CHUNK];
         Vectors {
-            x: vec![0.0; count],
-            y: vec![0.0; count],
-            z: vec![0.0; count],
+            x: zeros.clone(),
+            y: zeros.clone(),
+            z: zeros,
+            count,
         }
     }
 
@@ -50,29 +53,53 @@ impl Vectors {
         self.set(node, self.at(node) + value);
     }
 
+    /// The vectors of [`CHUNK`] consecutive nodes.
     #[inline(always)]
-    pub fn slices(&self, nodes: Range<usize>) -> [&[f32]; 3] {
-        [&self.x[nodes.clone()], &self.y[nodes.clone()], &self.z[nodes]]
+    pub fn chunk(&self, first: usize) -> [[f32; CHUNK]; 3] {
+        [*chunk(&self.x, first), *chunk(&self.y, first), *chunk(&self.z, first)]
     }
 
+    /// Adds `sign` times the values to [`CHUNK`] consecutive nodes.
+    #[inline(always)]
+    pub fn add_chunk(&mut self, first: usize, sign: f32, values: &[[f32; CHUNK]; 3]) {
+        for (component, values) in [&mut self.x, &mut self.y, &mut self.z].into_iter().zip(values) {
+            let place: &mut [f32; CHUNK] = component[first..].first_chunk_mut().expect(REACH);
+            // Read, added and written as a whole: only so does the compiler keep to whole registers.
+            let mut sums = *place;
+            for n in 0..CHUNK {
+                sums[n] += sign * values[n];
+            }
+            *place = sums;
+        }
+    }
+
+    /// The components of all nodes.
     #[inline(always)]
     pub fn each(&self) -> [&[f32]; 3] {
-        [&self.x, &self.y, &self.z]
+        [&self.x[..self.count], &self.y[..self.count], &self.z[..self.count]]
     }
 
     #[inline(always)]
     pub fn each_mut(&mut self) -> [&mut [f32]; 3] {
-        [&mut self.x, &mut self.y, &mut self.z]
+        let count = self.count;
+        [&mut self.x[..count], &mut self.y[..count], &mut self.z[..count]]
     }
 }
 
+/// The [`CHUNK`] values from `first` on.
+#[inline(always)]
+pub(crate) fn chunk(values: &[f32], first: usize) -> &[f32; CHUNK] {
+    values[first..].first_chunk().expect(REACH)
+}
+
+const REACH: &str = "arrays reach a chunk past their last element";
+
 impl FromIterator<[f32; 3]> for Vectors {
     fn from_iter<I: IntoIterator<Item = [f32; 3]>>(vectors: I) -> Self {
-        let mut all = Vectors::default();
-        for [x, y, z] in vectors {
-            all.x.push(x);
-            all.y.push(y);
-            all.z.push(z);
+        let vectors: Vec<[f32; 3]> = vectors.into_iter().collect();
+        let mut all = Vectors::zero(vectors.len());
+        for (node, vector) in (0..).zip(vectors) {
+            all.set(node, Vec3::from_array(vector));
         }
         all
     }

@@ -83,11 +83,16 @@ fn without_damping_energy_keeps_its_value() {
 fn with_damping_and_no_load_energy_never_grows() {
     let mut tissue = tube(12.0, ShearResistance::Diagonals);
     shake(&mut tissue);
-    let mut last = tissue.energy().total();
+    let first = tissue.energy().total();
+    let mut last = first;
     for _ in 0..120 {
         tissue.advance(1.0 / 60.0, &[]).expect("a plain advance");
         let energy = tissue.energy().total();
-        assert!(energy <= last * (1.0 + 1e-6) + 1e-6, "{energy} after {last}");
+        // What is left in the end is rounding of the start.
+        assert!(
+            energy <= last * (1.0 + 1e-6) + 1e-9 * first,
+            "{energy} after {last}, {first} at first"
+        );
         last = energy;
     }
 }
