@@ -1,1 +1,52 @@
-//! Resecta.
+//! Resecta: an open, moddable trainer for transurethral resection of the prostate.
+//!
+//! This package is a facade over its crates, and the game and the command line made of them:
+//!
+//! | crate | what it owns |
+//! |---|---|
+//! | [`anatomy`] | cases, contours, the lattice, import and export |
+//! | [`solver`] | motion and resection on dense arrays, without Bevy |
+//! | [`tissue`] | tissue as entities: nodes, springs, pentahedra, collision, visible mesh |
+//! | [`instrument`] | the resectoscope and where its input comes from |
+//! | [`scenario`] | exercises, metrics, score, the record of a run |
+//!
+//! [`ResectaPlugins`] is all of the simulation and nothing of the picture; any app can hold it:
+//!
+//! ```
+//! use resecta::prelude::*;
+//! use resecta::{assets, headless};
+//!
+//! let library = Library::new(assets::find()?);
+//! let prepared = library.load("first_cuts")?.prepare()?;
+//! let mut app = headless::app(None);
+//! headless::start(&mut app, prepared, InstrumentSource::Requests);
+//! app.update(); // the first update sets the clocks, each one after it is a step of 1/60 s
+//! app.update();
+//! assert_eq!(app.world().resource::<Metrics>().steps, 1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Not validated for training.
+
+pub mod assets;
+pub mod export;
+pub mod headless;
+mod plugins;
+
+pub use resecta_anatomy as anatomy;
+pub use resecta_instrument as instrument;
+pub use resecta_scenario as scenario;
+pub use resecta_solver as solver;
+pub use resecta_tissue as tissue;
+
+pub use plugins::{FixedStepPlugin, ResectaPlugins, STEP_HZ};
+
+/// What a user types daily. Goes together with `bevy::prelude::*` in one glob import each.
+pub mod prelude {
+    pub use crate::ResectaPlugins;
+    pub use resecta_anatomy::{Case, Lattice, LatticeOptions, Zone};
+    pub use resecta_instrument::prelude::*;
+    pub use resecta_scenario::prelude::*;
+    pub use resecta_solver::{CollapseLaw, Material, ShearResistance, TissueMesh};
+    pub use resecta_tissue::prelude::*;
+}

@@ -1,0 +1,41 @@
+//! The simulation as one group of plugins, and the clock that it runs by.
+
+use std::time::Duration;
+
+use bevy::{app::PluginGroupBuilder, prelude::*};
+use resecta_instrument::InstrumentPlugin;
+use resecta_scenario::ScenarioPlugin;
+use resecta_tissue::TissuePlugin;
+
+/// Fixed steps a second.
+pub const STEP_HZ: f64 = 60.0;
+
+/// Real time that one frame may make up for, s: a machine that cannot keep up runs slower than real time instead of
+/// computing ever more steps a frame.
+const MAX_CATCH_UP_S: f32 = 0.05;
+
+/// Instrument, tissue and scenario: the whole simulation, on steps of 1/[`STEP_HZ`] s. Needs Bevy's `MinimalPlugins` or
+/// `DefaultPlugins` beside it, draws nothing and reads no device.
+#[derive(Debug, Default, Clone, Copy)]
+pub struct ResectaPlugins;
+
+impl PluginGroup for ResectaPlugins {
+    fn build(self) -> PluginGroupBuilder {
+        PluginGroupBuilder::start::<Self>()
+            .add(FixedStepPlugin)
+            .add(InstrumentPlugin)
+            .add(TissuePlugin::default())
+            .add(ScenarioPlugin::default())
+    }
+}
+
+/// Sets the length of the fixed step to 1/[`STEP_HZ`] s.
+#[derive(Debug, Default, Clone, Copy)]
+pub struct FixedStepPlugin;
+
+impl Plugin for FixedStepPlugin {
+    fn build(&self, app: &mut App) {
+        app.insert_resource(Time::<Fixed>::from_hz(STEP_HZ));
+        app.insert_resource(Time::<Virtual>::from_max_delta(Duration::from_secs_f32(MAX_CATCH_UP_S)));
+    }
+}
