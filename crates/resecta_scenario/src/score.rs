@@ -83,7 +83,8 @@ impl ScoreRule {
             return 0.0;
         }
         let share = (value(self.metric) - self.from) / (self.to - self.from);
-        self.points * share.clamp(0.0, 1.0)
+        // Plus zero: a value at `from` earns 0 points, not the -0 that a negative range gives.
+        self.points * share.clamp(0.0, 1.0) + 0.0
     }
 
     /// The formula in words that a calculator understands.
