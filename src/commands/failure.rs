@@ -1,0 +1,61 @@
+//! Why a command ended without doing what it was asked for: one message each, that names the file, the field and the rule.
+
+use std::{io, path::PathBuf};
+
+use resecta::{
+    anatomy::{CaseError, LatticeError, generate::GenerateError, import::ImportError},
+    assets::AssetsMissing,
+    game::GameError,
+    instrument::{RecordingError, ScriptError},
+    rates::RateError,
+    scenario::ExerciseError,
+    view::{NoAdapter, PictureError},
+};
+use thiserror::Error;
+
+/// Why a command failed.
+#[derive(Debug, Error)]
+pub enum Failure {
+    #[error(transparent)]
+    Assets(#[from] AssetsMissing),
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    #[error(transparent)]
+    Import(#[from] ImportError),
+    #[error(transparent)]
+    Generate(#[from] GenerateError),
+    #[error(transparent)]
+    Exercise(#[from] ExerciseError),
+    #[error(transparent)]
+    Script(#[from] ScriptError),
+    #[error(transparent)]
+    Game(#[from] GameError),
+    #[error("frames: {0}")]
+    NoAdapter(#[from] NoAdapter),
+    #[error("frames: {0}")]
+    Pictures(#[from] PictureError),
+    #[error(
+        "frames: the run of the pictures ended as {pictures}, the run of the report as {report}: a defect of the program"
+    )]
+    PicturesDiffer { pictures: String, report: String },
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    #[error("{name}: no such case; expected one of {} or the path of a .case.ron file", shipped.join(", "))]
+    NoSuchCase { name: String, shipped: Vec<String> },
+    #[error("{case}: {source}")]
+    Lattice { case: String, source: LatticeError },
+    #[error("{case}: material is \"{material}\"; expected one of {}", presets.join(", "))]
+    Material {
+        case: String,
+        material: String,
+        presets: Vec<&'static str>,
+    },
+    #[error("{}: {option} is for masks (.nii, .nii.gz) and says nothing about a contour file", input.display())]
+    MaskOption { input: PathBuf, option: &'static str },
+    #[error("{case}: {source}")]
+    Rates { case: String, source: RateError },
+    #[error("{}: cannot be written: {source}", file.display())]
+    Write { file: PathBuf, source: io::Error },
+    #[error("{}: out: {rule}", folder.display())]
+    OutFolder { folder: PathBuf, rule: String },
+}

@@ -1,0 +1,106 @@
+//! The command line: what may be typed, and what each command does.
+
+mod failure;
+mod files;
+mod generate;
+mod import;
+mod mesh;
+mod rates;
+mod run;
+mod timing;
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Parser, Subcommand};
+use resecta::{
+    anatomy::Case,
+    assets,
+    game::{self, GameOptions},
+    scenario,
+};
+
+pub use failure::Failure;
+
+/// A trainer for transurethral resection of the prostate. Not validated for training.
+///
+/// Without a command it opens the game.
+#[derive(Parser)]
+#[command(name = "resecta", version, args_conflicts_with_subcommands = true)]
+pub struct Cli {
+    #[command(flatten)]
+    game: Game,
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+/// What the game is opened with.
+#[derive(Args)]
+struct Game {
+    /// Exercise to open the game with: a shipped one or the path of a *.exercise.ron file [default: first_cuts]
+    #[arg(long)]
+    exercise: Option<String>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Import(import::Import),
+    Generate(generate::Generate),
+    Mesh(mesh::Mesh),
+    Run(run::Run),
+    Rates(rates::Rates),
+}
+
+impl Cli {
+    /// Does what was asked for.
+    pub fn run(self) -> Result<(), Failure> {
+        match self.command {
+            Some(Command::Import(import)) => import.run(),
+            Some(Command::Generate(generate)) => generate.run(),
+            Some(Command::Mesh(mesh)) => mesh.run(),
+            Some(Command::Run(run)) => run.run(),
+            Some(Command::Rates(rates)) => rates.run(),
+            None => self.game.run(),
+        }
+    }
+}
+
+impl Game {
+    fn run(self) -> Result<(), Failure> {
+        let options = match self.exercise {
+            Some(exercise) => GameOptions { exercise },
+            None => GameOptions::default(),
+        };
+        Ok(game::run(options)?)
+    }
+}
+
+/// The shipped exercises and cases.
+fn library() -> Result<scenario::Library, Failure> {
+    Ok(scenario::Library::new(assets::find()?))
+}
+
+/// A case by the name of a shipped one or by the path of a file.
+fn load_case(name_or_path: &str) -> Result<Case, Failure> {
+    let path = Path::new(name_or_path);
+    let is_path = name_or_path.ends_with(scenario::CASE_SUFFIX) || path.components().count() > 1;
+    if is_path || path.is_file() {
+        return Ok(Case::load(path)?);
+    }
+    let shipped = assets::find()?.join("cases");
+    let file = shipped.join(format!("{name_or_path}{}", scenario::CASE_SUFFIX));
+    if file.is_file() {
+        return Ok(Case::load(&file)?);
+    }
+    Err(Failure::NoSuchCase {
+        name: name_or_path.into(),
+        shipped: library()?.case_names(),
+    })
+}
+
+/// The path of a case file that is to be written.
+fn case_path(text: &str) -> Result<PathBuf, String> {
+    match text.strip_suffix(scenario::CASE_SUFFIX) {
+        Some(name) if !name.is_empty() && !name.ends_with(['/', '\\']) => Ok(text.into()),
+        _ => Err(format!("expected a name that ends in {}", scenario::CASE_SUFFIX)),
+    }
+}

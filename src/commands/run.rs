@@ -1,0 +1,237 @@
+//! `resecta run`: plays an exercise without a window, as fast as the machine can, and writes what came of it.
+
+use std::{
+    num::{NonZeroU32, NonZeroUsize},
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use bevy::{log::LogPlugin, prelude::*};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use resecta::{
+    STEP_HZ,
+    anatomy::vtu,
+    export, headless,
+    instrument::{InstrumentLimits, InstrumentRecording, InstrumentScript, InstrumentSource},
+    scenario::{ActiveExercise, EndReason, LoadedExercise, Report, Trace},
+    tissue::{Tissue, TissueDiagnostics},
+    view::{Pictures, PicturesPlugin, adapter_available, finish_pictures},
+};
+
+use super::{
+    Failure, files, library,
+    timing::{Stopwatch, Timing},
+};
+
+/// Play an exercise without a window, as fast as the machine can
+///
+/// Writes report.json (score and metrics), trace.csv (a row a step), gland.vtu (what is left, for ParaView or meshio) and timing.json. Equal
+/// runs write equal bytes, whatever the number of threads, but for timing.json.
+#[derive(Args)]
+pub struct Run {
+    /// A shipped exercise (first_cuts) or the path of a *.exercise.ron file
+    exercise: String,
+    #[command(flatten)]
+    input: Input,
+    /// Folder for the results; made if only it is missing, and files of an earlier run in it are replaced
+    #[arg(long)]
+    out: PathBuf,
+    /// Also write this many pictures of each view, evenly spaced over the run; needs a Vulkan driver
+    #[arg(long, value_name = "N")]
+    frames: Option<NonZeroU32>,
+    /// Threads to use [default: as many as the machine has]
+    #[arg(long)]
+    threads: Option<NonZeroUsize>,
+}
+
+/// Who plays: one of the two.
+#[derive(Args)]
+#[group(required = true, multiple = false)]
+struct Input {
+    /// Script that moves the instrument, .ron
+    #[arg(long)]
+    script: Option<PathBuf>,
+    /// Recording that moves the instrument, .csv
+    #[arg(long)]
+    recording: Option<PathBuf>,
+}
+
+impl Run {
+    pub fn run(self) -> Result<(), Failure> {
+        let begun = Instant::now();
+        let loaded = library()?.load(&self.exercise)?;
+        let prepared = loaded.clone().prepare()?;
+        let input = self.input.load(&prepared.resectoscope.limits)?;
+        if self.frames.is_some() {
+            adapter_available()?;
+        }
+        files::prepare_folder(&self.out)?;
+
+        let mut app = headless::app(self.threads);
+        app.init_resource::<Trace>();
+        // A process has one log: where pictures are taken, it is that of the renderer.
+        if self.frames.is_none() {
+            app.add_plugins(LogPlugin {
+                filter: "warn".into(),
+                ..default()
+            });
+        }
+        let longest_s = loaded.exercise.limits.time_s.min(duration_s(&input));
+        headless::start(&mut app, prepared, input.clone());
+        let prepare = begun.elapsed();
+
+        let progress = progress_bar("steps", (longest_s * STEP_HZ).ceil() as u64);
+        let mut stopwatch = Stopwatch::start();
+        let ended = headless::play(&mut app, |world| {
+            let steps = headless::steps(world);
+            // The first update takes no step: it starts the clocks, of the app and of the stop watch.
+            if steps == 0 {
+                stopwatch = Stopwatch::start();
+            } else {
+                stopwatch.step(world.resource::<TissueDiagnostics>());
+            }
+            progress.set_position(steps);
+        });
+        progress.finish_and_clear();
+
+        let world = app.world();
+        let report = report(world);
+        let mut timing = stopwatch.timing(self.threads, prepare, report.run.step_s);
+        write_results(&self.out, world, &report)?;
+        warn_of_put_aside(world.resource::<TissueDiagnostics>());
+        if let Some(count) = self.frames {
+            let begun = Instant::now();
+            self.take_pictures(count.get(), loaded, input, &report)?;
+            timing.pictures_s = Some(begun.elapsed().as_secs_f64());
+        }
+        files::write(&self.out.join("timing.json"), timing.to_json())?;
+        summary(&report, ended, &timing, &self.out);
+        Ok(())
+    }
+
+    /// Plays the run once more to take pictures of it: only now is it known how long it is, and nothing that draws can
+    /// have had a hand in the results.
+    fn take_pictures(
+        &self,
+        count: u32,
+        loaded: LoadedExercise,
+        input: InstrumentSource,
+        report: &Report,
+    ) -> Result<(), Failure> {
+        let mut app = headless::app(self.threads);
+        app.add_plugins(PicturesPlugin {
+            folder: self.out.clone(),
+            count,
+            steps: report.run.steps,
+        });
+        Pictures::warm_up(&mut app)?;
+        headless::start(&mut app, loaded.prepare()?, input);
+        let progress = progress_bar("steps for pictures", report.run.steps);
+        headless::play(&mut app, |world| progress.set_position(headless::steps(world)));
+        progress.finish_and_clear();
+        finish_pictures(&mut app)?;
+        let pictures = self::report(app.world());
+        if pictures != *report {
+            return Err(Failure::PicturesDiffer {
+                pictures: pictures.state_hash,
+                report: report.state_hash.clone(),
+            });
+        }
+        Ok(())
+    }
+}
+
+fn report(world: &World) -> Report {
+    Report::of_world(world).expect("an exercise was started, and nothing takes it away")
+}
+
+impl Input {
+    fn load(&self, limits: &InstrumentLimits) -> Result<InstrumentSource, Failure> {
+        Ok(match (&self.script, &self.recording) {
+            (Some(script), _) => InstrumentSource::Script(InstrumentScript::load(script, limits)?),
+            (None, Some(recording)) => InstrumentSource::Recording(InstrumentRecording::load(recording, limits)?),
+            (None, None) => unreachable!("clap requires one of the two"),
+        })
+    }
+}
+
+/// How long the input lasts, s.
+fn duration_s(input: &InstrumentSource) -> f64 {
+    match input {
+        InstrumentSource::Script(script) => script.duration_s(),
+        InstrumentSource::Recording(recording) => recording.states.len() as f64 * recording.step_s,
+        InstrumentSource::Requests | InstrumentSource::Live => f64::INFINITY,
+    }
+}
+
+/// Hidden where stderr is no terminal.
+fn progress_bar(what: &'static str, steps: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} {msg}, {elapsed} gone, {eta} to go");
+    ProgressBar::new(steps)
+        .with_message(what)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+fn write_results(out: &Path, world: &World, report: &Report) -> Result<(), Failure> {
+    let active = world.resource::<ActiveExercise>();
+    files::write(&out.join("report.json"), report.to_json())?;
+    let mut rows = Vec::new();
+    let file = out.join("trace.csv");
+    world
+        .resource::<Trace>()
+        .write_csv(&mut rows)
+        .map_err(|source| Failure::Write {
+            file: file.clone(),
+            source,
+        })?;
+    files::write(&file, rows)?;
+    if let Some(tissue) = world.get::<Tissue>(active.tissue) {
+        let gland = export::gland(tissue.solver(), &active.marked);
+        files::write_with(&out.join("gland.vtu"), |temporary| vtu::write(temporary, &gland))?;
+    }
+    Ok(())
+}
+
+/// What the simulation refused is no reason to fail, and none to be silent.
+fn warn_of_put_aside(diagnostics: &TissueDiagnostics) {
+    if diagnostics.put_aside > 0 {
+        eprintln!(
+            "warning: {} values or nodes of the tissue were put aside in this run",
+            diagnostics.put_aside
+        );
+    }
+}
+
+fn summary(report: &Report, ended: EndReason, timing: &Timing, out: &Path) {
+    let why = match ended {
+        EndReason::GoalsReached => "every goal was reached",
+        EndReason::TimeUp => "the time was up",
+        EndReason::InputEnded => "the input came to its end",
+        EndReason::Player => "it was ended",
+    };
+    println!(
+        "{}: {:.1} s in {} steps, {why}",
+        report.exercise.title, report.run.elapsed_s, report.run.steps
+    );
+    for line in &report.score.lines {
+        println!(
+            "{:<28}{:>9.2} of {:>5.1} points   {:.3} {}",
+            line.title,
+            line.points,
+            line.out_of,
+            line.value,
+            if line.unit == "1" { "" } else { line.unit }
+        );
+    }
+    println!(
+        "{:<28}{:>9.2} of {:>5.1} points",
+        "Total", report.score.total, report.score.out_of
+    );
+    println!(
+        "results in {} ({:.1} s, {:.1} times real time)",
+        out.display(),
+        timing.simulate_s,
+        timing.times_real_time
+    );
+}
