@@ -1,0 +1,134 @@
+//! `resecta import`, `generate` and `mesh` on what ships and on real glands.
+
+mod common;
+
+use std::{fs, path::Path};
+
+use common::{names, succeed};
+use resecta::anatomy::{Case, Lattice, LatticeOptions};
+
+/// The number that follows `name` in what `mesh` prints.
+fn number(printed: &str, name: &str) -> f64 {
+    let line = printed.lines().find(|line| line.starts_with(name));
+    let line = line.unwrap_or_else(|| panic!("no {name} in {printed}"));
+    let word = line[name.len()..]
+        .split_whitespace()
+        .find(|word| word.parse::<f64>().is_ok());
+    word.unwrap_or_else(|| panic!("no number in {line}")).parse().unwrap()
+}
+
+/// Meshes a case at 8 degrees; every pentahedron must be positive and the volume within 1.5 % of the contours'.
+fn mesh(folder: &Path, case: &str) -> String {
+    let printed = succeed(folder, ["mesh", case, "--alpha", "8", "--out", "gland.vtu"]);
+    assert!(number(&printed, "element quality") > 0.0, "{printed}");
+    let (lattice, contours) = (number(&printed, "lattice volume"), number(&printed, "contour volume"));
+    assert!((lattice - contours).abs() <= 0.015 * contours, "{printed}");
+    let vtu = fs::read_to_string(folder.join("gland.vtu")).unwrap();
+    let cells = format!("NumberOfCells=\"{}\"", number(&printed, "pentahedra"));
+    assert!(vtu.contains(&cells), "{printed}");
+    printed
+}
+
+#[test]
+fn every_shipped_case_meshes_and_says_what_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    for case in ["small", "medium", "large"] {
+        let printed = mesh(folder.path(), case);
+        assert!(printed.contains("seed"), "the source says how it was made: {printed}");
+    }
+    let printed = mesh(folder.path(), "paper");
+    assert_eq!(number(&printed, "nodes"), 10_800.0);
+    assert_eq!(number(&printed, "springs"), 30_960.0);
+    assert_eq!(names(folder.path()), ["gland.vtu"]);
+}
+
+#[test]
+fn the_angle_is_the_one_knob_and_the_axial_points_can_be_set() {
+    let folder = tempfile::tempdir().unwrap();
+    let coarse = succeed(folder.path(), ["mesh", "small", "--alpha", "12"]);
+    let fine = succeed(folder.path(), ["mesh", "small", "--alpha", "6"]);
+    assert!(number(&fine, "nodes") > 3.0 * number(&coarse, "nodes"));
+    let set = succeed(folder.path(), ["mesh", "small", "--alpha", "12", "--axial-points", "9"]);
+    assert!(set.contains("9 slices"), "{set}");
+    assert_eq!(names(folder.path()), [""; 0], "nothing is written without --out");
+}
+
+#[test]
+fn a_shipped_case_comes_from_the_generate_command_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["generate", "--volume-ml", "60", "--median-lobe-mm", "8", "--seed", "7"];
+    succeed(folder.path(), arguments.into_iter().chain(["--out", "new.case.ron"]));
+    let written = fs::read_to_string(folder.path().join("new.case.ron")).unwrap();
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/cases/medium.case.ron");
+    assert_eq!(written, fs::read_to_string(shipped).unwrap());
+    assert_eq!(written, succeed(folder.path(), arguments));
+    mesh(folder.path(), "new.case.ron");
+}
+
+#[test]
+fn real_glands_import_and_mesh() {
+    let Some(shared) = common::shared() else { return };
+    let cases = shared.join("cases");
+    let folder = tempfile::tempdir().unwrap();
+    let import = |input: &str, more: &[&str]| {
+        let input = cases.join(input);
+        let arguments = ["import", input.to_str().unwrap(), "--out", "real.case.ron"];
+        let printed = succeed(folder.path(), arguments.iter().chain(more));
+        assert!(printed.contains("approximated"), "{printed}");
+        let meshed = mesh(folder.path(), "real.case.ron");
+        assert!(meshed.contains("approximated"), "{meshed}");
+        meshed
+    };
+    let mask = import(
+        "trus-volumes/labels/case000009.nii.gz",
+        &[
+            "--spacing",
+            "1.6",
+            "--name",
+            "TRUS 9",
+            "--source",
+            "DeepReg test data",
+            "--licence",
+            "Apache-2.0",
+        ],
+    );
+    for said in ["TRUS 9", "DeepReg test data", "Apache-2.0"] {
+        assert!(mask.contains(said), "{mask}");
+    }
+    import("visible-human/VH_M.5mm.contours.json", &[]);
+    for shape in ["Shape_001", "Shape_003", "Shape_005"] {
+        import(&format!("mr-shapes/{shape}.5mm.contours.json"), &[]);
+    }
+}
+
+#[test]
+fn an_imported_case_reads_back_as_it_was_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let ring = |radius: f64| -> Vec<[f64; 2]> {
+        let corner = |turn: f64| [radius * (turn * 0.3).cos(), radius * (turn * 0.3).sin()];
+        (0..20).map(|turn| corner(f64::from(turn))).collect()
+    };
+    let slices: Vec<_> = (0..6)
+        .map(|slice| serde_json::json!({"z": 5 * slice, "capsule": ring(20.0), "urethra": null, "transition_zone": null}))
+        .collect();
+    let contours = serde_json::json!({"unit": "mm", "slices": slices});
+    common::write(folder.path(), "ring.contours.json", contours.to_string());
+    succeed(
+        folder.path(),
+        [
+            "import",
+            "ring.contours.json",
+            "--out",
+            "ring.case.ron",
+            "--name",
+            "Ring",
+        ],
+    );
+    let case = Case::load(&folder.path().join("ring.case.ron")).unwrap();
+    assert_eq!((case.name.as_str(), case.slices.len()), ("Ring", 6));
+    assert_eq!(
+        case.to_ron(),
+        fs::read_to_string(folder.path().join("ring.case.ron")).unwrap()
+    );
+    Lattice::build(&case, &LatticeOptions::default()).unwrap();
+}

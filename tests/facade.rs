@@ -1,0 +1,69 @@
+//! The facade: what a user of the library types.
+
+mod common;
+
+use bevy::{
+    ecs::schedule::{LogLevel, ScheduleBuildSettings},
+    prelude::*,
+};
+use resecta::{assets, headless, prelude::*};
+
+/// A few steps of a small exercise in an app; returns the state of the gland.
+fn play(app: &mut App, steps: u64) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let exercise = common::write_exercise(folder.path());
+    let prepared = Library::new(assets::find().unwrap())
+        .load(exercise.to_str().unwrap())
+        .and_then(|loaded| loaded.prepare())
+        .unwrap();
+    headless::start(app, prepared, InstrumentSource::Requests);
+    while headless::steps(app.world()) < steps {
+        app.update();
+    }
+    Report::of_world(app.world()).unwrap().state_hash
+}
+
+#[test]
+fn a_minimal_app_needs_the_two_preludes_and_the_plugin_group_and_its_systems_edit_the_tissue() {
+    #[derive(Resource, Default)]
+    struct Moved(f32);
+
+    fn press(mut nodes: Query<&mut TissueNode>, mut moved: ResMut<Moved>) {
+        for mut node in nodes.iter_mut().filter(|node| node.index == 0) {
+            node.load = Vec3::new(0.0, 0.0, 500.0);
+            moved.0 = moved.0.max(node.velocity.length());
+        }
+    }
+
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, ResectaPlugins))
+        .insert_resource(headless::one_step_an_update())
+        .init_resource::<Moved>()
+        .add_systems(FixedUpdate, press);
+    play(&mut app, 5);
+    assert!(app.world().resource::<Moved>().0 > 0.0);
+}
+
+#[test]
+fn no_two_systems_of_the_whole_simulation_race() {
+    let mut app = headless::app(None);
+    app.configure_schedules(ScheduleBuildSettings {
+        ambiguity_detection: LogLevel::Error,
+        ..default()
+    });
+    app.init_resource::<Trace>();
+    // A schedule with an ambiguity panics when it is built, which is when it first runs.
+    play(&mut app, 3);
+}
+
+#[test]
+fn a_run_repeats_itself_bit_for_bit_and_the_order_of_plugins_does_not_matter() {
+    let first = play(&mut headless::app(None), 12);
+    let again = play(&mut headless::app(None), 12);
+    let mut app = App::new();
+    app.insert_resource(headless::one_step_an_update());
+    app.add_plugins((ResectaPlugins, MinimalPlugins));
+    let reversed = play(&mut app, 12);
+    assert_eq!(first, again);
+    assert_eq!(first, reversed);
+}

@@ -1,0 +1,143 @@
+//! Pictures without a window, on whatever adapter there is (Mesa's lavapipe will do). One test a process draws.
+
+use std::path::{Path, PathBuf};
+
+use image::{Rgb, RgbImage};
+use resecta::{
+    assets, headless,
+    instrument::{InstrumentLimits, InstrumentScript, InstrumentSource},
+    scenario::{Library, Metrics},
+    view::{PICTURE_SIZE, Pictures, PicturesPlugin, adapter_available, finish_pictures},
+};
+
+/// Advances to the middle lobe and waits until the gland is at rest; cuts once; comes back to the same place.
+const SCRIPT: &str = "(
+    keys: [
+        (time_s: 0.0, insertion_mm: 30.0, pitch_deg: -3.0, stroke_mm: 0.0),
+        (time_s: 0.6, stroke_mm: 16.0),
+        (time_s: 1.5, stroke_mm: 16.0, pitch_deg: -3.0, cut: true),
+        (time_s: 1.7, pitch_deg: -9.0),
+        (time_s: 2.4, pitch_deg: -9.0, stroke_mm: 2.0, cut: false),
+        (time_s: 2.6, pitch_deg: -3.0),
+        (time_s: 3.0, stroke_mm: 16.0, pitch_deg: -3.0),
+    ],
+)";
+
+#[test]
+fn both_views_show_the_gland_and_what_a_cut_changes() {
+    if let Err(missing) = adapter_available() {
+        assert!(std::env::var_os("CI").is_none(), "{missing}");
+        eprintln!("SKIPPED: both_views_show_the_gland_and_what_a_cut_changes: {missing}");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let script = InstrumentScript::from_ron(SCRIPT, Path::new("cut.ron"), &InstrumentLimits::default()).unwrap();
+    let prepared = Library::new(assets::find().unwrap())
+        .load("first_cuts")
+        .unwrap()
+        .prepare()
+        .unwrap();
+    let mut app = headless::app(None);
+    app.add_plugins(PicturesPlugin {
+        folder: folder.path().join("frames"),
+        count: 3,
+        steps: 180,
+    });
+    headless::start(&mut app, prepared, InstrumentSource::Script(script));
+    Pictures::warm_up(&mut app).unwrap();
+    assert_eq!(app.world().resource::<Metrics>().steps, 0, "warming up takes no step");
+    headless::play(&mut app, |_| {});
+    assert!(
+        app.world().resource::<Metrics>().removal.volume_mm3 > 50.0,
+        "the script cuts"
+    );
+    let steps = app.world().resource::<Metrics>().steps;
+    let files = finish_pictures(&mut app).unwrap();
+    assert_eq!(
+        app.world().resource::<Metrics>().steps,
+        steps,
+        "the last picture takes no step"
+    );
+
+    let names = [
+        "endoscope_000",
+        "endoscope_001",
+        "endoscope_002",
+        "outside_000",
+        "outside_001",
+        "outside_002",
+    ];
+    let expected: Vec<PathBuf> = names
+        .iter()
+        .map(|name| folder.path().join("frames").join(format!("{name}.png")))
+        .collect();
+    assert_eq!(files, expected);
+    let pictures: Vec<RgbImage> = files.iter().map(|file| image::open(file).unwrap().to_rgb8()).collect();
+    for picture in &pictures {
+        assert_eq!(picture.dimensions(), (PICTURE_SIZE.x, PICTURE_SIZE.y));
+    }
+    let [_, before, after, _, outside_before, outside_after] = &pictures[..] else {
+        panic!("{files:?}")
+    };
+
+    for picture in [before, after] {
+        for (x, y) in [(0, 0), (959, 0), (0, 719), (959, 719), (100, 60), (860, 660)] {
+            assert_eq!(
+                picture.get_pixel(x, y),
+                &Rgb([0, 0, 0]),
+                "outside the round field at {x}, {y}"
+            );
+        }
+        let share = share_of(picture, in_field, is_tissue);
+        assert!(share > 0.6, "{share} of the field is tissue");
+    }
+    for picture in [outside_before, outside_after] {
+        let share = share_of(picture, |_, _| true, is_tissue);
+        assert!((0.08..0.8).contains(&share), "{share} of the outside view is tissue");
+    }
+
+    // The cut runs below the middle of the field, where the loop hangs. Above, only light and rest motion change.
+    let below = |x: u32, y: u32| (330..630).contains(&x) && (330..600).contains(&y);
+    let above = |x: u32, y: u32| (330..630).contains(&x) && (60..200).contains(&y);
+    let (near, far) = (mean_change(before, after, below), mean_change(before, after, above));
+    assert!(
+        near > 8.0 && near > 1.5 * far,
+        "mean change {near} near the cut, {far} away from it"
+    );
+    assert!(
+        mean_change(outside_before, outside_after, |_, _| true) > 0.05,
+        "the section shows the cut"
+    );
+}
+
+/// Well inside the round field.
+fn in_field(x: u32, y: u32) -> bool {
+    let (x, y) = (f64::from(x) - 479.5, f64::from(y) - 359.5);
+    x.hypot(y) < 330.0
+}
+
+/// Red before green and blue, and neither black nor white.
+fn is_tissue(Rgb([red, green, blue]): &Rgb<u8>) -> bool {
+    *red > 40 && *red > *green && *red > *blue
+}
+
+fn share_of(picture: &RgbImage, area: impl Fn(u32, u32) -> bool, is_it: impl Fn(&Rgb<u8>) -> bool) -> f64 {
+    let inside: Vec<&Rgb<u8>> = picture
+        .enumerate_pixels()
+        .filter(|&(x, y, _)| area(x, y))
+        .map(|(_, _, pixel)| pixel)
+        .collect();
+    inside.iter().filter(|pixel| is_it(pixel)).count() as f64 / inside.len() as f64
+}
+
+/// Mean difference of the channels, of 255.
+fn mean_change(first: &RgbImage, second: &RgbImage, area: impl Fn(u32, u32) -> bool) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for ((x, y, a), b) in first.enumerate_pixels().zip(second.pixels()) {
+        if area(x, y) {
+            sum += a.0.iter().zip(b.0).map(|(a, b)| f64::from(a.abs_diff(b))).sum::<f64>();
+            count += 3.0;
+        }
+    }
+    sum / count
+}
