@@ -1,0 +1,158 @@
+//! The instrument's body: sheath, beak, telescope and the loop that slides.
+
+use bevy::{
+    camera::visibility::{NoFrustumCulling, RenderLayers},
+    prelude::*,
+};
+use resecta_instrument::{InstrumentState, Resectoscope, ResectoscopeGeometry};
+
+use super::{
+    ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems, both_layers,
+    material::{Look, ViewMaterial},
+    palette, shapes,
+};
+
+/// How far the beak reaches in front of the tip, mm (ours; nothing collides with it, so it is short).
+const BEAK_MM: f32 = 2.7;
+/// How much longer than the loop's stroke its arms are, mm, so that their ends never come out of the sheath.
+const ARM_SPARE_MM: f32 = 10.0;
+
+pub fn plugin(app: &mut App) {
+    app.add_systems(Update, add_bodies.in_set(ViewSystems::Dress))
+        .add_systems(Update, move_loops.in_set(ViewSystems::Follow));
+}
+
+/// The loop with its arms: what moves with the stroke.
+#[derive(Component)]
+struct SlidingLoop {
+    instrument: Entity,
+    /// The wire's material in each view.
+    wire: [Handle<ViewMaterial>; 2],
+}
+
+/// An instrument that has its body.
+#[derive(Component)]
+struct HasBody;
+
+fn add_bodies(
+    instruments: Query<(Entity, &Resectoscope), Without<HasBody>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<ViewMaterial>>,
+    mut commands: Commands,
+) {
+    for (instrument, scope) in &instruments {
+        let geometry = &scope.geometry;
+        let mut material = |colour, gloss, sharpness| {
+            let look = Look {
+                colour,
+                gloss,
+                sharpness,
+                ..default()
+            };
+            [look.clone().under_lamp(), look].map(|look| materials.add(ViewMaterial::from(look)))
+        };
+        let steel = material(palette::STEEL, 0.8, 40.0);
+        let black = material(palette::BEAK, 0.35, 25.0);
+        let insulation = material(palette::INSULATION, 0.3, 20.0);
+        let wire = material(palette::STEEL, 1.0, 30.0);
+
+        commands
+            .entity(instrument)
+            .insert((HasBody, Visibility::default()))
+            .with_children(|body| {
+                let mut part = |mesh: Mesh, [inside, outside]: &[Handle<ViewMaterial>; 2]| {
+                    let mesh = meshes.add(mesh);
+                    for (material, layer) in [(inside, ENDOSCOPE_LAYER), (outside, OUTSIDE_LAYER)] {
+                        body.spawn((
+                            Mesh3d(mesh.clone()),
+                            MeshMaterial3d(material.clone()),
+                            RenderLayers::layer(layer),
+                            NoFrustumCulling,
+                        ));
+                    }
+                };
+                part(sheath(geometry), &steel);
+                part(shapes::beak(geometry.sheath_diameter_mm * 0.46, BEAK_MM), &black);
+                part(telescope(geometry), &black);
+                body.spawn((
+                    SlidingLoop {
+                        instrument,
+                        wire: wire.clone(),
+                    },
+                    Transform::default(),
+                    Visibility::default(),
+                    both_layers(),
+                ))
+                .with_children(|sliding| {
+                    let mut part = |mesh: Mesh, [inside, outside]: &[Handle<ViewMaterial>; 2]| {
+                        let mesh = meshes.add(mesh);
+                        for (material, layer) in [(inside, ENDOSCOPE_LAYER), (outside, OUTSIDE_LAYER)] {
+                            sliding.spawn((
+                                Mesh3d(mesh.clone()),
+                                MeshMaterial3d(material.clone()),
+                                RenderLayers::layer(layer),
+                                NoFrustumCulling,
+                            ));
+                        }
+                    };
+                    part(
+                        shapes::tube(&geometry.loop_wire(0.0), geometry.wire_diameter_mm / 2.0),
+                        &wire,
+                    );
+                    let length = scope.limits.stroke_mm.max + ARM_SPARE_MM;
+                    for [top, _] in geometry.arms(0.0) {
+                        let arm = [top, top + Vec3::Z * length];
+                        part(shapes::tube(&arm, geometry.arm_diameter_mm / 2.0), &insulation);
+                    }
+                });
+            });
+    }
+}
+
+/// Slides the loops and lets the wire glow under current.
+fn move_loops(
+    instruments: Query<&InstrumentState>,
+    mut loops: Query<(&SlidingLoop, &mut Transform)>,
+    mut materials: ResMut<Assets<ViewMaterial>>,
+) {
+    for (sliding, mut transform) in &mut loops {
+        let Ok(state) = instruments.get(sliding.instrument) else {
+            continue;
+        };
+        transform.translation = Vec3::NEG_Z * state.stroke_mm;
+        let (colour, glow) = match state {
+            InstrumentState { cut: true, .. } => (palette::CUTTING, 0.9),
+            InstrumentState { coagulate: true, .. } => (palette::COAGULATING, 0.6),
+            _ => (palette::STEEL, 0.0),
+        };
+        for wire in &sliding.wire {
+            let is_same = materials
+                .get(wire)
+                .is_some_and(|material| material.look.glow == glow && material.look.colour == colour);
+            if is_same {
+                continue;
+            }
+            if let Some(mut material) = materials.get_mut(wire) {
+                material.look.colour = colour;
+                material.look.glow = glow;
+            }
+        }
+    }
+}
+
+/// The sheath, its tip rounded like the capsule that tissue touches.
+fn sheath(geometry: &ResectoscopeGeometry) -> Mesh {
+    let radius = geometry.sheath_diameter_mm / 2.0;
+    let mut profile = vec![Vec2::new(radius * 0.80, 0.9)];
+    profile
+        .extend([(0.86, 0.25), (0.92, 0.35), (0.97, 0.8), (1.0, 1.6)].map(|(share, z)| Vec2::new(radius * share, z)));
+    profile.push(Vec2::new(radius, geometry.sheath_length_mm));
+    shapes::turned(&profile)
+}
+
+/// The telescope's end: a disc of glass seen from outside.
+fn telescope(geometry: &ResectoscopeGeometry) -> Mesh {
+    let radius = geometry.telescope_diameter_mm / 2.0;
+    let centre = Vec3::Y * geometry.telescope_offset_mm;
+    shapes::tube(&[centre + Vec3::Z * 0.6, centre + Vec3::Z * 20.0], radius)
+}

@@ -1,0 +1,165 @@
+//! The one material of the views: the numbers that its shader, `view.wgsl`, works with.
+
+use bevy::{
+    asset::embedded_asset,
+    mesh::MeshVertexBufferLayoutRef,
+    pbr::{MaterialPipeline, MaterialPipelineKey},
+    prelude::*,
+    reflect::TypePath,
+    render::render_resource::{
+        AsBindGroup, CompareFunction, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError,
+    },
+    shader::ShaderRef,
+};
+
+pub fn plugin(app: &mut App) {
+    embedded_asset!(app, "view.wgsl");
+    app.add_plugins(MaterialPlugin::<ViewMaterial>::default());
+}
+
+/// Half the widest field of view of any telescope, degrees. The mask hides what lies outside of the actual one; this only
+/// saves the work of lighting it.
+const WIDEST_FIELD_DEG: f32 = 42.0;
+
+/// A surface under the lamp beside the lens.
+#[derive(Asset, TypePath, AsBindGroup, Debug, Clone, PartialEq, Default)]
+#[bind_group_data(PipelineKey)]
+pub struct ViewMaterial {
+    /// How it looks.
+    #[uniform(0)]
+    pub look: Look,
+    /// Whether it lies over everything at any depth and lets it show through, by the alpha of colour and vertex.
+    pub overlay: bool,
+    /// Steps towards the viewer by which it wins over a surface at the same depth.
+    pub nearer: i32,
+}
+
+/// How a [`ViewMaterial`] looks.
+#[derive(ShaderType, Debug, Clone, PartialEq)]
+pub struct Look {
+    /// Colour, linear; multiplies the vertex colour where the mesh has one.
+    pub colour: LinearRgba,
+    /// Colour behind the boundary of a [`Surface::Region`].
+    pub beyond: LinearRgba,
+    /// A point of the sagittal plane (mm, world) that cuts the object open towards the viewer, and 1; all 0 for none.
+    pub section: Vec4,
+    /// Strength of highlights, 0 to 1.
+    pub gloss: f32,
+    /// Exponent of highlights: the higher, the smaller and wetter.
+    pub sharpness: f32,
+    /// Depth of the surface's fine relief, 0 for smooth.
+    pub relief: f32,
+    /// Share of the colour that shines by itself, 0 to 1 and above.
+    pub glow: f32,
+    /// Distance at which the lamp's light has fallen to a quarter, mm; 0 for light that does not fall off.
+    pub reach_mm: f32,
+    /// Brightness of the light.
+    pub brightness: f32,
+    /// Cosine of half the lens's field of view: what lies outside is black. -1 for a view that is not round.
+    pub field_cos: f32,
+    /// What it is, a [`Surface`].
+    pub surface: u32,
+}
+
+/// What a [`ViewMaterial`] covers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Surface {
+    /// Gland: seen from behind it is the section's colour, or the red of a lens that lies in tissue.
+    Tissue = 0,
+    /// Boundary of a region inside the gland: only the section shows it.
+    Region = 1,
+    /// Anything else.
+    Solid = 2,
+    /// Its colour alone, not lit.
+    Flat = 3,
+}
+
+impl Default for Look {
+    /// Smooth, dull, white, lit by a light that does not fall off.
+    fn default() -> Self {
+        Look {
+            colour: LinearRgba::WHITE,
+            beyond: LinearRgba::WHITE,
+            section: Vec4::ZERO,
+            gloss: 0.0,
+            sharpness: 20.0,
+            relief: 0.0,
+            glow: 0.0,
+            reach_mm: 0.0,
+            brightness: 1.0,
+            field_cos: -1.0,
+            surface: Surface::Solid as u32,
+        }
+    }
+}
+
+impl Look {
+    /// Under the endoscope's lamp, seen through its lens.
+    pub fn under_lamp(self) -> Self {
+        Look {
+            reach_mm: 10.0,
+            brightness: 2.1,
+            field_cos: WIDEST_FIELD_DEG.to_radians().cos(),
+            ..self
+        }
+    }
+}
+
+impl From<Look> for ViewMaterial {
+    fn from(look: Look) -> Self {
+        ViewMaterial { look, ..default() }
+    }
+}
+
+/// What of a material decides the pipeline.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(C)]
+pub struct PipelineKey {
+    overlay: bool,
+    nearer: i32,
+}
+
+impl From<&ViewMaterial> for PipelineKey {
+    fn from(material: &ViewMaterial) -> Self {
+        PipelineKey {
+            overlay: material.overlay,
+            nearer: material.nearer,
+        }
+    }
+}
+
+impl Material for ViewMaterial {
+    fn fragment_shader() -> ShaderRef {
+        "embedded://resecta/view/view.wgsl".into()
+    }
+
+    fn alpha_mode(&self) -> AlphaMode {
+        if self.overlay {
+            AlphaMode::Blend
+        } else {
+            AlphaMode::Opaque
+        }
+    }
+
+    fn enable_shadows() -> bool {
+        false
+    }
+
+    fn specialize(
+        _pipeline: &MaterialPipeline,
+        descriptor: &mut RenderPipelineDescriptor,
+        _layout: &MeshVertexBufferLayoutRef,
+        key: MaterialPipelineKey<Self>,
+    ) -> Result<(), SpecializedMeshPipelineError> {
+        // Sections show the inside of closed surfaces.
+        descriptor.primitive.cull_mode = None;
+        if let Some(depth) = &mut descriptor.depth_stencil {
+            depth.bias.constant = key.bind_group_data.nearer;
+            if key.bind_group_data.overlay {
+                depth.depth_compare = Some(CompareFunction::Always);
+            }
+        }
+        Ok(())
+    }
+}

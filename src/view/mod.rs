@@ -1,0 +1,90 @@
+//! What is seen: the endoscope's round field, the outside view of the gland, and pictures of both without a window.
+//!
+//! [`ViewPlugin`] dresses what `resecta_scenario` spawns: materials and marks on the gland, a body for the instrument,
+//! bladder, urethra and landmarks around them. It moves every camera that is an [`EndoscopeCamera`] or an
+//! [`OutsideCamera`] and spawns none itself: the game gives them a window ([`crate::game`]), [`PicturesPlugin`] images.
+//!
+//! Everything wears one material with one small shader (`material.rs`, `view.wgsl`) that brings its own light: the only
+//! lamp of an endoscopy sits beside the lens, so that a general lighting model would cost much and add nothing, and the
+//! program stays usable on a software renderer.
+//!
+//! | to find | look in |
+//! |---|---|
+//! | where a camera stands and what it sees | `cameras.rs` |
+//! | the round field | `round_field.rs` |
+//! | colours of the gland, the marked part | `gland.rs` |
+//! | the section of the outside view | `sections.rs`, `view.wgsl` |
+//! | the instrument's body | `instrument.rs` |
+//! | bladder, urethra, landmarks | `surroundings.rs` |
+//! | pictures as files | `pictures.rs` |
+
+mod adapter;
+mod cameras;
+mod gland;
+mod instrument;
+mod material;
+mod palette;
+mod pictures;
+mod round_field;
+mod sections;
+mod shapes;
+mod surroundings;
+
+use bevy::{camera::visibility::RenderLayers, prelude::*};
+
+pub use adapter::{NoAdapter, adapter_available};
+pub use cameras::{EndoscopeCamera, OutsideCamera, endoscope_camera, outside_camera};
+pub use material::{Look, Surface, ViewMaterial};
+pub use pictures::{PICTURE_SIZE, PictureError, Pictures, PicturesPlugin, finish_pictures};
+pub use surroundings::Landmark;
+
+/// What only the endoscope shows.
+const ENDOSCOPE_LAYER: usize = 1;
+/// What only the outside view shows.
+const OUTSIDE_LAYER: usize = 2;
+
+/// The layers of what both views show alike.
+fn both_layers() -> RenderLayers {
+    RenderLayers::from_layers(&[ENDOSCOPE_LAYER, OUTSIDE_LAYER])
+}
+
+/// What runs in a frame, in this order, in `Update`: after the frame's fixed steps, before transforms are propagated.
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ViewSystems {
+    /// Empty: for systems that turn the outside view or switch cameras on and off.
+    First,
+    /// New glands, instruments and exercises get what makes them visible.
+    Dress,
+    /// Cameras and moving parts follow the instrument.
+    Follow,
+    /// Empty: for systems that come after the views.
+    Last,
+}
+
+/// Makes an exercise visible. Needs Bevy's renderer; without cameras it shows nothing.
+#[derive(Debug, Default, Clone, Copy)]
+pub struct ViewPlugin;
+
+impl Plugin for ViewPlugin {
+    fn build(&self, app: &mut App) {
+        app.configure_sets(
+            Update,
+            (
+                ViewSystems::First,
+                ViewSystems::Dress,
+                ViewSystems::Follow,
+                ViewSystems::Last,
+            )
+                .chain(),
+        );
+        app.add_plugins((
+            material::plugin,
+            cameras::plugin,
+            round_field::plugin,
+            gland::plugin,
+            sections::plugin,
+            instrument::plugin,
+            surroundings::plugin,
+        ));
+    }
+}

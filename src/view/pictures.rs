@@ -1,0 +1,344 @@
+//! Pictures of both views as files, drawn without a window.
+//!
+//! Drawing costs far more than a step, so the cameras are on only in the updates whose picture is kept.
+
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+use bevy::{
+    app::{PluginsState, TerminalCtrlCHandlerPlugin},
+    camera::{RenderTarget, visibility::NoFrustumCulling},
+    diagnostic::FrameCountPlugin,
+    log::{Level, LogPlugin},
+    prelude::*,
+    render::{
+        RenderApp, RenderPlugin,
+        pipelined_rendering::PipelinedRenderingPlugin,
+        render_resource::{PipelineCache, TextureFormat},
+        view::screenshot::{Screenshot, ScreenshotCaptured},
+    },
+    time::{TimePlugin, TimeUpdateStrategy},
+    window::ExitCondition,
+    winit::WinitPlugin,
+};
+use resecta_scenario::Metrics;
+use thiserror::Error;
+
+use super::{
+    EndoscopeCamera, OutsideCamera, ViewMaterial, ViewPlugin, ViewSystems, both_layers, cameras::endoscope_background,
+    endoscope_camera, outside_camera,
+};
+
+/// Width and height of a picture, pixels.
+pub const PICTURE_SIZE: UVec2 = UVec2::new(960, 720);
+/// Updates with the cameras on before one whose picture is kept: what was just spawned or changed is drawn by then.
+const SETTLE_UPDATES: u64 = 2;
+/// How long shaders may take to load, or a picture to arrive, before we give up.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Time between two looks at whether that happened.
+const PAUSE: Duration = Duration::from_millis(4);
+
+/// Draws `count` pictures of each view into `folder`, as `endoscope_000.png` and `outside_000.png` and so on, evenly
+/// spaced over a run of `steps` fixed steps: the first at its beginning, the last at its end, however long it was.
+///
+/// Brings [`ViewPlugin`] and everything else of Bevy that drawing needs and `MinimalPlugins` lacks. Call
+/// [`adapter_available`](super::adapter_available) first, [`warm_up`](Pictures::warm_up) before the first step and
+/// [`finish_pictures`] after the last.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PicturesPlugin {
+    /// Where the files go; made if need be.
+    pub folder: PathBuf,
+    /// Pictures of each view.
+    pub count: u32,
+    /// Steps that the run is expected to have. If it ends earlier there are fewer pictures.
+    pub steps: u64,
+}
+
+/// A picture that could not be made.
+#[derive(Debug, Error)]
+pub enum PictureError {
+    /// The file or folder could not be written.
+    #[error("{}: {reason}", file.display())]
+    Write {
+        /// The file or folder.
+        file: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// The adapter never delivered.
+    #[error("{} pictures were not drawn within {} s", missing, PATIENCE.as_secs())]
+    TimedOut {
+        /// How many.
+        missing: u32,
+    },
+}
+
+/// What was drawn so far.
+#[derive(Resource, Debug)]
+pub struct Pictures {
+    folder: PathBuf,
+    /// The step of each picture but the last, rising.
+    planned: Vec<u64>,
+    /// Pictures of each view that were asked for.
+    taken: u32,
+    /// Files still on their way from the adapter.
+    pending: u32,
+    /// Whether the cameras are to be on whatever the step.
+    always_on: bool,
+    written: Vec<PathBuf>,
+    failed: Vec<PictureError>,
+    targets: [Handle<Image>; 2],
+}
+
+/// What is drawn while shaders load.
+#[derive(Component)]
+struct WarmUp;
+
+impl Plugin for PicturesPlugin {
+    fn build(&self, app: &mut App) {
+        add_drawing(app);
+        if !app.is_plugin_added::<ViewPlugin>() {
+            app.add_plugins(ViewPlugin);
+        }
+        let mut target = || {
+            let UVec2 { x, y } = PICTURE_SIZE;
+            let image = Image::new_target_texture(x, y, TextureFormat::Rgba8UnormSrgb, None);
+            app.world_mut().resource_mut::<Assets<Image>>().add(image)
+        };
+        let targets = [target(), target()];
+        let last = u64::from(self.count.saturating_sub(1));
+        app.insert_resource(Pictures {
+            folder: self.folder.clone(),
+            planned: (0..last).map(|picture| (self.steps * picture / last).max(1)).collect(),
+            taken: 0,
+            pending: 0,
+            always_on: false,
+            written: Vec::new(),
+            failed: Vec::new(),
+            targets,
+        });
+        app.add_systems(Startup, add_cameras)
+            .add_systems(Update, take.in_set(ViewSystems::First));
+    }
+}
+
+/// Everything of `DefaultPlugins` that the app does not have yet, but for windows, threads of drawing and the log's chatter.
+fn add_drawing(app: &mut App) {
+    if app.is_plugin_added::<RenderPlugin>() {
+        return;
+    }
+    let mut plugins = DefaultPlugins
+        .set(WindowPlugin {
+            primary_window: None,
+            exit_condition: ExitCondition::DontExit,
+            ..default()
+        })
+        .set(RenderPlugin {
+            synchronous_pipeline_compilation: true,
+            ..default()
+        })
+        .set(LogPlugin {
+            level: Level::ERROR,
+            ..default()
+        })
+        .disable::<WinitPlugin>()
+        .disable::<PipelinedRenderingPlugin>()
+        .disable::<TerminalCtrlCHandlerPlugin>();
+    // `MinimalPlugins` and what a test may have added beside it.
+    macro_rules! skip_known {
+        ($($plugin:ty),+ $(,)?) => {
+            $(if app.is_plugin_added::<$plugin>() {
+                plugins = plugins.disable::<$plugin>();
+            })+
+        };
+    }
+    skip_known!(
+        TaskPoolPlugin,
+        FrameCountPlugin,
+        TimePlugin,
+        TransformPlugin,
+        AssetPlugin,
+        LogPlugin,
+        bevy::input::InputPlugin,
+        bevy::mesh::MeshPlugin,
+    );
+    app.add_plugins(plugins);
+}
+
+fn add_cameras(pictures: Res<Pictures>, mut commands: Commands) {
+    let camera = |order| Camera {
+        order,
+        is_active: false,
+        clear_color: ClearColorConfig::Custom(endoscope_background()),
+        ..default()
+    };
+    let [endoscope, outside] = pictures.targets.clone().map(|image| RenderTarget::Image(image.into()));
+    commands.spawn((endoscope_camera(), camera(0), endoscope, Msaa::Sample4));
+    commands.spawn((outside_camera(), camera(1), outside, Msaa::Sample4));
+}
+
+/// Switches the cameras on where a picture is due and asks for it.
+fn take(
+    metrics: Res<Metrics>,
+    mut pictures: ResMut<Pictures>,
+    mut cameras: Query<&mut Camera, Or<(With<EndoscopeCamera>, With<OutsideCamera>)>>,
+    mut commands: Commands,
+) {
+    let next = pictures.planned.get(pictures.taken as usize).copied();
+    let is_near = next.is_some_and(|next| metrics.steps + SETTLE_UPDATES >= next);
+    for mut camera in &mut cameras {
+        camera.is_active = pictures.always_on || is_near;
+    }
+    if next.is_some_and(|next| metrics.steps >= next) {
+        pictures.ask(&mut commands);
+    }
+}
+
+impl Pictures {
+    /// Asks for a picture of each view as it will be at the end of this update.
+    fn ask(&mut self, commands: &mut Commands) {
+        for (name, target) in ["endoscope", "outside"].into_iter().zip(&self.targets) {
+            let file = self.folder.join(format!("{name}_{:03}.png", self.taken));
+            self.pending += 1;
+            commands.spawn(Screenshot::image(target.clone())).observe(
+                move |captured: On<ScreenshotCaptured>, mut pictures: ResMut<Pictures>| {
+                    pictures.pending -= 1;
+                    match write(&captured.image, &file) {
+                        Ok(()) => pictures.written.push(file.clone()),
+                        Err(error) => pictures.failed.push(error),
+                    }
+                },
+            );
+        }
+        self.taken += 1;
+    }
+
+    /// The files written so far.
+    pub fn written(&self) -> &[PathBuf] {
+        &self.written
+    }
+
+    /// Loads every shader, so that the first picture is complete. Takes no step.
+    ///
+    /// # Errors
+    /// [`PictureError::TimedOut`] if the adapter does not get ready.
+    pub fn warm_up(app: &mut App) -> Result<(), PictureError> {
+        finish_plugins(app);
+        let strategy = stop_clock(app);
+        let world = app.world_mut();
+        let mesh = world.resource_mut::<Assets<Mesh>>().add(Sphere::new(1.0));
+        let material = world
+            .resource_mut::<Assets<ViewMaterial>>()
+            .add(ViewMaterial::default());
+        world.spawn((
+            WarmUp,
+            Mesh3d(mesh),
+            MeshMaterial3d(material),
+            both_layers(),
+            NoFrustumCulling,
+        ));
+        world.resource_mut::<Pictures>().always_on = true;
+
+        let mut ready_updates = 0;
+        let mut waited = Duration::ZERO;
+        while ready_updates < 4 {
+            if waited > PATIENCE {
+                return Err(PictureError::TimedOut { missing: 2 });
+            }
+            app.update();
+            let pipelines = app.sub_app(RenderApp).world().resource::<PipelineCache>();
+            let is_ready = pipelines.waiting_pipelines().next().is_none() && pipelines.pipelines().next().is_some();
+            ready_updates = if is_ready { ready_updates + 1 } else { 0 };
+            std::thread::sleep(PAUSE);
+            waited += PAUSE;
+        }
+
+        let world = app.world_mut();
+        world.resource_mut::<Pictures>().always_on = false;
+        let mut warm_up = world.query_filtered::<Entity, With<WarmUp>>();
+        for entity in warm_up.iter(world).collect::<Vec<_>>() {
+            world.despawn(entity);
+        }
+        world.insert_resource(strategy);
+        Ok(())
+    }
+}
+
+/// Draws the last picture and waits until every file is written. The app's clock stands still from here on.
+///
+/// # Errors
+/// The first picture that failed.
+pub fn finish_pictures(app: &mut App) -> Result<Vec<PathBuf>, PictureError> {
+    finish_plugins(app);
+    stop_clock(app);
+    app.world_mut().resource_mut::<Pictures>().always_on = true;
+    for _ in 0..=SETTLE_UPDATES {
+        app.update();
+    }
+    let is_wanted = |pictures: &Pictures| pictures.taken == 0 || !pictures.planned.is_empty();
+    app.world_mut().resource_scope(|world, mut pictures: Mut<Pictures>| {
+        if is_wanted(&pictures) {
+            pictures.planned.clear();
+            pictures.ask(&mut world.commands());
+        }
+        world.flush();
+    });
+
+    let mut waited = Duration::ZERO;
+    loop {
+        app.update();
+        let mut pictures = app.world_mut().resource_mut::<Pictures>();
+        if !pictures.failed.is_empty() {
+            return Err(pictures.failed.remove(0));
+        }
+        if pictures.pending == 0 {
+            pictures.always_on = false;
+            pictures.written.sort();
+            return Ok(pictures.written.clone());
+        }
+        if waited > PATIENCE {
+            return Err(PictureError::TimedOut {
+                missing: pictures.pending,
+            });
+        }
+        std::thread::sleep(PAUSE);
+        waited += PAUSE;
+    }
+}
+
+/// Stops the app's time and returns how it went before.
+fn stop_clock(app: &mut App) -> TimeUpdateStrategy {
+    let world = app.world_mut();
+    let strategy = world.remove_resource::<TimeUpdateStrategy>().unwrap_or_default();
+    world.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
+    strategy
+}
+
+/// What `App::run` does before the first update.
+fn finish_plugins(app: &mut App) {
+    if app.plugins_state() == PluginsState::Cleaned {
+        return;
+    }
+    while app.plugins_state() == PluginsState::Adding {
+        bevy::tasks::tick_global_task_pools_on_main_thread();
+    }
+    app.finish();
+    app.cleanup();
+}
+
+fn write(image: &Image, file: &Path) -> Result<(), PictureError> {
+    let failed = |reason: String| PictureError::Write {
+        file: file.to_path_buf(),
+        reason,
+    };
+    if let Some(folder) = file.parent() {
+        std::fs::create_dir_all(folder).map_err(|error| failed(error.to_string()))?;
+    }
+    let picture = image
+        .clone()
+        .try_into_dynamic()
+        .map_err(|error| failed(error.to_string()))?;
+    picture.to_rgb8().save(file).map_err(|error| failed(error.to_string()))
+}
