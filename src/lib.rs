@@ -30,8 +30,10 @@
 
 pub mod assets;
 pub mod export;
+pub mod game;
 pub mod headless;
 mod plugins;
+pub mod view;
 
 pub use resecta_anatomy as anatomy;
 pub use resecta_instrument as instrument;

@@ -1,0 +1,186 @@
+//! Which view is where in the window: the endoscope, the outside, or both beside each other.
+
+use bevy::{
+    camera::{Viewport, visibility::RenderLayers},
+    core_pipeline::tonemapping::Tonemapping,
+    prelude::*,
+    render::{render_resource::WgpuAdapterInfo, renderer::RenderAdapterInfo},
+    window::PrimaryWindow,
+};
+use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
+
+use super::panel::PANEL_WIDTH;
+use crate::view::{EndoscopeCamera, OutsideCamera, ViewSystems, endoscope_camera, outside_camera};
+
+/// Smallest side of a view, physical pixels.
+const SMALLEST: u32 = 16;
+/// Share of the width that the endoscope gets beside the outside view, at most.
+const ENDOSCOPE_SHARE: f32 = 0.62;
+
+pub fn plugin(app: &mut App) {
+    app.init_resource::<ViewLayout>()
+        .add_systems(Startup, add_cameras)
+        .add_systems(Update, arrange.in_set(ViewSystems::First));
+}
+
+/// Which views are shown.
+#[derive(Resource, Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ViewLayout {
+    /// Both, the endoscope larger.
+    #[default]
+    Both,
+    /// The endoscope alone.
+    Endoscope,
+    /// The outside view alone.
+    Outside,
+}
+
+impl ViewLayout {
+    /// The one that follows.
+    pub fn next(self) -> Self {
+        match self {
+            ViewLayout::Both => ViewLayout::Endoscope,
+            ViewLayout::Endoscope => ViewLayout::Outside,
+            ViewLayout::Outside => ViewLayout::Both,
+        }
+    }
+
+    /// Places of endoscope and outside view in an area of this size, physical pixels; none for one that is not shown.
+    fn places(self, area: UVec2) -> [Option<URect>; 2] {
+        let all = URect::from_corners(UVec2::ZERO, area.max(UVec2::splat(SMALLEST)));
+        match self {
+            ViewLayout::Endoscope => [Some(all), None],
+            ViewLayout::Outside => [None, Some(all)],
+            // Side by side where the area is wide, one above the other where it is high.
+            ViewLayout::Both => {
+                let size = all.size();
+                let is_wide = size.x as f32 > size.y as f32 * 1.1;
+                let (long, short) = if is_wide { (size.x, size.y) } else { (size.y, size.x) };
+                let first = short
+                    .min((long as f32 * ENDOSCOPE_SHARE) as u32)
+                    .clamp(SMALLEST, long.max(2 * SMALLEST) - SMALLEST);
+                let corner = if is_wide {
+                    (UVec2::new(first, size.y), UVec2::new(first, 0))
+                } else {
+                    (UVec2::new(size.x, first), UVec2::new(0, first))
+                };
+                [
+                    Some(URect::from_corners(UVec2::ZERO, corner.0)),
+                    Some(URect::from_corners(corner.1, size.max(corner.1 + SMALLEST))),
+                ]
+            }
+        }
+    }
+}
+
+fn add_cameras(adapter: Res<RenderAdapterInfo>, mut settings: ResMut<EguiGlobalSettings>, mut commands: Commands) {
+    settings.auto_create_primary_context = false;
+    let msaa = smoothing(&adapter);
+    commands.spawn((endoscope_camera(), msaa));
+    commands.spawn((
+        outside_camera(),
+        Camera {
+            order: 1,
+            // The first camera clears the window; the outside view has a background of its own.
+            clear_color: ClearColorConfig::None,
+            ..default()
+        },
+        msaa,
+    ));
+    // The panel covers the whole window, draws nothing of the world, and goes on top of what the others drew: that takes
+    // the same smoothing, so that all three share one texture.
+    commands.spawn((
+        PrimaryEguiContext,
+        Camera2d,
+        RenderLayers::none(),
+        Camera {
+            order: 2,
+            clear_color: ClearColorConfig::None,
+            ..default()
+        },
+        Tonemapping::None,
+        msaa,
+    ));
+}
+
+/// Smooth edges, but not where the processor draws: there it halves the rate of pictures.
+fn smoothing(adapter: &WgpuAdapterInfo) -> Msaa {
+    if format!("{:?}", adapter.device_type) == "Cpu" {
+        Msaa::Off
+    } else {
+        Msaa::Sample4
+    }
+}
+
+fn arrange(
+    layout: Res<ViewLayout>,
+    windows: Query<&Window, With<PrimaryWindow>>,
+    mut endoscopes: Query<&mut Camera, (With<EndoscopeCamera>, Without<OutsideCamera>)>,
+    mut outsides: Query<&mut Camera, With<OutsideCamera>>,
+) {
+    let Ok(window) = windows.single() else { return };
+    let panel = (PANEL_WIDTH * window.scale_factor()) as u32;
+    let size = window.physical_size();
+    let area = UVec2::new(size.x.saturating_sub(panel), size.y);
+    // A minimised window has no size.
+    if area.cmplt(UVec2::splat(SMALLEST * 2)).any() {
+        return;
+    }
+    let [endoscope, outside] = layout.places(area);
+    for mut camera in &mut endoscopes {
+        place(&mut camera, endoscope);
+    }
+    for mut camera in &mut outsides {
+        place(&mut camera, outside);
+    }
+}
+
+fn place(camera: &mut Mut<Camera>, place: Option<URect>) {
+    if camera.is_active != place.is_some() {
+        camera.is_active = place.is_some();
+    }
+    let Some(place) = place else { return };
+    let is_there = camera
+        .viewport
+        .as_ref()
+        .is_some_and(|viewport| viewport.physical_position == place.min && viewport.physical_size == place.size());
+    if !is_there {
+        camera.viewport = Some(Viewport {
+            physical_position: place.min,
+            physical_size: place.size(),
+            ..default()
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn views_lie_inside_the_area_and_never_overlap() {
+        for width in (40..2600).step_by(131) {
+            for height in (40..1700).step_by(97) {
+                let area = UVec2::new(width, height);
+                for layout in [ViewLayout::Both, ViewLayout::Endoscope, ViewLayout::Outside] {
+                    let places: Vec<URect> = layout.places(area).into_iter().flatten().collect();
+                    for place in &places {
+                        assert!(
+                            place.max.cmple(area).all() && !place.is_empty(),
+                            "{layout:?} {area} {place:?}"
+                        );
+                    }
+                    if let [first, second] = places[..] {
+                        assert!(first.intersect(second).is_empty(), "{area} {first:?} {second:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn three_steps_lead_back() {
+        let start = ViewLayout::default();
+        assert_eq!(start.next().next().next(), start);
+    }
+}

@@ -1,0 +1,258 @@
+//! The panel at the right: what to do, how it stands, how the simulation does.
+
+use bevy::prelude::*;
+use bevy_egui::{
+    EguiContexts, EguiPrimaryContextPass,
+    egui::{self, Color32, RichText, Ui},
+};
+use resecta_instrument::InstrumentState;
+use resecta_scenario::{ActiveExercise, MetricId, Metrics, ScoreCard};
+use resecta_tissue::TissueDiagnostics;
+
+use super::{
+    flow::{GameFlow, Phase, Wish},
+    pace::Pace,
+};
+
+/// Width, logical pixels.
+pub const PANEL_WIDTH: f32 = 290.0;
+
+/// Something good, something to look out for, something bad.
+pub const GOOD: Color32 = Color32::from_rgb(110, 200, 130);
+/// As above.
+pub const CAREFUL: Color32 = Color32::from_rgb(240, 180, 70);
+/// As above.
+pub const BAD: Color32 = Color32::from_rgb(235, 95, 80);
+
+pub fn plugin(app: &mut App) {
+    app.add_systems(EguiPrimaryContextPass, show);
+}
+
+fn show(
+    mut contexts: EguiContexts,
+    active: Option<Res<ActiveExercise>>,
+    metrics: Res<Metrics>,
+    card: Res<ScoreCard>,
+    diagnostics: Res<TissueDiagnostics>,
+    pace: Res<Pace>,
+    instruments: Query<&InstrumentState>,
+    mut flow: ResMut<GameFlow>,
+) -> Result {
+    let Some(active) = active else { return Ok(()) };
+    let context = contexts.ctx_mut()?;
+    let mut root = Ui::new(
+        context.clone(),
+        "panel root".into(),
+        egui::UiBuilder::new()
+            .layer_id(egui::LayerId::background())
+            .max_rect(context.viewport_rect()),
+    );
+    let frame = egui::Frame::new()
+        .fill(Color32::from_rgb(22, 25, 30))
+        .inner_margin(egui::Margin::same(12));
+    egui::Panel::right("panel")
+        .exact_size(PANEL_WIDTH)
+        .resizable(false)
+        .frame(frame)
+        .show(&mut root, |ui| {
+            egui::ScrollArea::vertical().show(ui, |ui| {
+                ui.spacing_mut().item_spacing.y = 5.0;
+                ui.label(RichText::new(&active.exercise.title).size(20.0).strong());
+                goals(ui, &card);
+                ui.separator();
+                score(ui, &card);
+                ui.separator();
+                measured(ui, &metrics, active.exercise.limits.time_s);
+                ui.separator();
+                if let Ok(state) = instruments.get(active.instrument) {
+                    instrument(ui, state);
+                    ui.separator();
+                }
+                simulation(ui, &diagnostics, &pace);
+                ui.separator();
+                ui.label(RichText::new("H help   Tab views   Esc pause").weak());
+                if flow.phase == Phase::Paused && ui.button("End and show the score").clicked() {
+                    flow.wish(Wish::End);
+                }
+                ui.label(RichText::new("Not validated for training").small().weak());
+            });
+        });
+    Ok(())
+}
+
+fn goals(ui: &mut Ui, card: &ScoreCard) {
+    for goal in &card.goals {
+        let colour = if goal.reached { GOOD } else { Color32::LIGHT_GRAY };
+        ui.label(RichText::new(&goal.goal).color(colour));
+        let share = if goal.at_least > 0.0 {
+            goal.value / goal.at_least
+        } else {
+            1.0
+        };
+        ui.add(
+            egui::ProgressBar::new(share.clamp(0.0, 1.0) as f32)
+                .desired_height(12.0)
+                .fill(Color32::from_rgb(70, 130, 180)),
+        );
+    }
+}
+
+fn score(ui: &mut Ui, card: &ScoreCard) {
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Score").strong());
+        ui.label(RichText::new(format!("{:.0}", card.total)).size(18.0).strong());
+        ui.label(format!("of {:.0}", card.out_of));
+    });
+    egui::Grid::new("score")
+        .num_columns(2)
+        .spacing([10.0, 2.0])
+        .show(ui, |ui| {
+            for line in &card.lines {
+                ui.label(RichText::new(line.title).weak());
+                right(
+                    ui,
+                    RichText::new(format!("{:.1} / {:.0}", line.points, line.out_of)).weak(),
+                );
+                ui.end_row();
+            }
+        });
+}
+
+fn measured(ui: &mut Ui, metrics: &Metrics, limit_s: f64) {
+    let value = |metric| metrics.value(metric);
+    let touches = value(MetricId::CapsuleTouches);
+    let left_s = (limit_s - value(MetricId::Elapsed)).max(0.0);
+    let plain = Color32::LIGHT_GRAY;
+    let rows = [
+        ("Removed", format!("{:.2} g", value(MetricId::RemovedMass)), plain),
+        (
+            "Marked part removed",
+            format!("{:.0} %", 100.0 * value(MetricId::MarkedRemovedShare)),
+            plain,
+        ),
+        (
+            "Capsule touched",
+            format!("{touches:.0}"),
+            if touches > 0.0 { BAD } else { plain },
+        ),
+        (
+            "Current without contact",
+            format!("{:.1} s", value(MetricId::CurrentWithoutContact)),
+            plain,
+        ),
+        ("Cuts", format!("{:.0}", value(MetricId::Strokes)), plain),
+        ("Time left", clock(left_s), if left_s < 30.0 { CAREFUL } else { plain }),
+    ];
+    table(ui, "measured", rows);
+}
+
+fn instrument(ui: &mut Ui, state: &InstrumentState) {
+    let current = if state.cut {
+        RichText::new("cutting").color(CAREFUL)
+    } else if state.coagulate {
+        RichText::new("coagulating").color(Color32::from_rgb(110, 160, 250))
+    } else {
+        RichText::new("off").weak()
+    };
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Instrument").strong());
+        ui.label("current");
+        ui.label(current);
+    });
+    let rows = [
+        (
+            "Insertion",
+            format!("{:.0} mm", state.insertion_mm),
+            Color32::LIGHT_GRAY,
+        ),
+        ("Loop out", format!("{:.0} mm", state.stroke_mm), Color32::LIGHT_GRAY),
+        (
+            "Tip up, right",
+            format!("{:+.0}°, {:+.0}°", state.pitch_deg, state.yaw_deg),
+            Color32::LIGHT_GRAY,
+        ),
+        ("Roll", format!("{:+.0}°", state.roll_deg), Color32::LIGHT_GRAY),
+    ];
+    table(ui, "instrument", rows);
+}
+
+fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {
+    ui.label(RichText::new("Simulation").strong());
+    let plain = Color32::GRAY;
+    let rate = if pace.frame_s > 0.0 { 1.0 / pace.frame_s } else { 0.0 };
+    let rows = [
+        ("Nodes", diagnostics.nodes.to_string(), plain),
+        ("Volume elements", diagnostics.pentahedra.to_string(), plain),
+        (
+            "Step of 16.7 ms takes",
+            format!("{:.1} ms", diagnostics.step().as_secs_f64() * 1e3),
+            plain,
+        ),
+        (
+            "Substeps, contacts",
+            format!("{}, {}", diagnostics.substeps, diagnostics.contacts),
+            plain,
+        ),
+        (
+            "Error estimate",
+            format!("{:.0e} mm", diagnostics.error_estimate_mm),
+            plain,
+        ),
+        ("Frame", format!("{:.1} ms, {rate:.0} /s", pace.frame_s * 1e3), plain),
+        (
+            "Speed",
+            format!("{:.0} % of real time", (pace.share * 100.0).min(100.0)),
+            if pace.is_slow() { CAREFUL } else { plain },
+        ),
+    ];
+    table(ui, "simulation", rows);
+    if pace.is_slow() {
+        ui.label(
+            RichText::new("Slower than real time: this machine cannot keep up.")
+                .small()
+                .color(CAREFUL),
+        );
+    }
+}
+
+fn table<const ROWS: usize>(ui: &mut Ui, name: &str, rows: [(&str, String, Color32); ROWS]) {
+    egui::Grid::new(name)
+        .num_columns(2)
+        .spacing([10.0, 2.0])
+        .show(ui, |ui| {
+            for (title, value, colour) in rows {
+                ui.label(RichText::new(title).color(Color32::GRAY));
+                right(ui, RichText::new(value).color(colour));
+                ui.end_row();
+            }
+        });
+}
+
+/// A number at the right edge, so that digits stand below each other.
+fn right(ui: &mut Ui, text: RichText) {
+    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| ui.label(text));
+}
+
+/// Minutes and seconds.
+pub fn clock(seconds: f64) -> String {
+    let whole = seconds.max(0.0).round() as u64;
+    format!("{}:{:02}", whole / 60, whole % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::clock;
+
+    #[test]
+    fn clocks_show_minutes_and_seconds() {
+        for (seconds, text) in [
+            (0.0, "0:00"),
+            (59.6, "1:00"),
+            (61.0, "1:01"),
+            (-3.0, "0:00"),
+            (600.0, "10:00"),
+        ] {
+            assert_eq!(clock(seconds), text);
+        }
+    }
+}
