@@ -66,7 +66,7 @@ impl Tissue {
             .collect();
         let (support, capsule_area) = support(mesh, material, &kind, &mass, &surface);
         let nodes = Nodes {
-            inverse_mass: mass.iter().map(|mass| 1.0 / mass).collect(),
+            inverse_inertia: mass.iter().map(|mass| 1.0 / mass).collect(),
             damping_rate: vec![material.damping_rate(volume) as f32; count],
             kind,
             mass,
@@ -121,6 +121,7 @@ impl Tissue {
             rest_volume_mm3: volume,
             removed_volume_mm3: 0.0,
             bound: None,
+            fastest: f32::INFINITY,
             scratch: Scratch::new(count),
         };
         tissue.reach = (0..tissue.pentahedron_count() as u32)
@@ -132,6 +133,8 @@ impl Tissue {
         if let ShearResistance::PreTension(strain) = material.shear {
             tissue.tension(strain);
         }
+        tissue.limit_frequencies();
+        tissue.bound_s();
         Ok(tissue)
     }
 
@@ -150,18 +153,12 @@ impl Tissue {
         let [a, b] = self.springs.nodes[spring as usize].map(|node| self.rest_position(node));
         let (along, length) = (b - a).normalize_and_length();
         let backing = self.springs.backing[spring as usize];
-        along * (stiffness(self.modulus_pa, backing, length, self.mean_length) * length * self.pre_tension)
+        along * (stiffness(self.modulus_pa, backing, length) * length * self.pre_tension)
     }
 }
 
-/// Springs below this share of the mean rest length are as stiff as one of that length. Rings of a narrow lumen and of the
-/// ends of a real gland have cells a tenth as wide as the rest; by modulus and size alone they would dictate a tenth of
-/// the step to the whole tissue, for the sake of what no surgeon could feel.
-const SHORTEST_SHARE: f32 = 1.0 / 3.0;
-
 /// Stiffness of a spring by what stands behind it (mm³) and its length at rest, µN/mm.
-fn stiffness(modulus_pa: f64, backing: f32, length: f32, mean_length: f32) -> f32 {
-    let length = length.max(SHORTEST_SHARE * mean_length);
+fn stiffness(modulus_pa: f64, backing: f32, length: f32) -> f32 {
     modulus_pa as f32 * backing / (length * length)
 }
 
@@ -367,10 +364,10 @@ fn springs(mesh: &TissueMesh, material: &Material) -> Result<Springs, MeshError>
     if let Some(spring) = backed.iter().position(|backed| !backed) {
         return Err(MeshError::NothingBehind(spring));
     }
-    let mean_length = rest_length.iter().sum::<f32>() / count as f32;
-    let of_length = |(&backing, &length): (&f32, &f32)| stiffness(material.modulus_pa, backing, length, mean_length);
+    let of_length = |(&backing, &length): (&f32, &f32)| stiffness(material.modulus_pa, backing, length);
     let stiffness: Vec<f32> = backing.iter().zip(&rest_length).map(of_length).collect();
     Ok(Springs::new(
+        mesh.positions.len(),
         mesh.springs.clone(),
         &stiffness,
         &rest_length,

@@ -7,7 +7,7 @@ use crate::tissue::Tissue;
 /// Energy of a tissue by kind, nJ (µN·mm).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Energy {
-    /// Of motion.
+    /// Of motion, by the nodes' inertia.
     pub kinetic: f64,
     /// In the springs.
     pub elastic: f64,
@@ -35,16 +35,16 @@ impl Tissue {
         }
         for node in (0..self.node_count() as u32).filter(|&node| self.is_node_alive(node)) {
             let moved = self.position64(node) - self.rest_position(node).as_dvec3();
-            energy.kinetic += 0.5 * f64::from(self.mass_g(node)) * self.velocity(node).as_dvec3().length_squared();
+            energy.kinetic += 0.5 * f64::from(self.inertia_g(node)) * self.velocity(node).as_dvec3().length_squared();
             energy.support += 0.5 * f64::from(self.nodes.support[node as usize]) * moved.length_squared();
             energy.balance -= self.nodes.balance.at(node).as_dvec3().dot(moved);
         }
         energy
     }
 
-    /// Momentum of all living nodes, g·mm/s.
+    /// Momentum of all living nodes by their inertia, g·mm/s.
     pub fn momentum(&self) -> DVec3 {
-        let of = |node: u32| self.velocity(node).as_dvec3() * f64::from(self.mass_g(node));
+        let of = |node: u32| self.velocity(node).as_dvec3() * f64::from(self.inertia_g(node));
         (0..self.node_count() as u32)
             .filter(|&node| self.is_node_alive(node))
             .map(of)

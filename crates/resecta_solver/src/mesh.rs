@@ -10,8 +10,7 @@ use crate::ShearResistance;
 /// A pentahedron's part in a spring.
 ///
 /// Stiffness is assembled from the pentahedra: a spring of length l has `modulus · Σ fraction · volume / l²` over the
-/// pentahedra around it, which for a straight cell is modulus times tributary area over length; springs below a third of
-/// the mean length have the stiffness of that length. What a pentahedron gave
+/// pentahedra around it, which for a straight cell is modulus times tributary area over length. What a pentahedron gave
 /// leaves with it, and a spring that no pentahedron stands behind any more is removed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Share {

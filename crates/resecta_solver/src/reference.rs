@@ -5,12 +5,22 @@ use glam::DVec3;
 
 use crate::tissue::Tissue;
 
+/// Which inertia the nodes have in the reference solution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Inertia {
+    /// Their masses: shows the whole error of a step.
+    Mass,
+    /// What the step gives them (`motion.rs`): shows the error of the integration alone.
+    AsStepped,
+}
+
 /// Positions after `duration_s` in `steps` steps from the tissue's present state, mm, a node each.
 ///
 /// Springs, bed, damping, loads and resection forces (coming on linearly, as over one advance of that length) act;
 /// contacts do not. Removed nodes and nodes put aside stay where they are.
-pub fn positions_after(tissue: &Tissue, duration_s: f64, steps: u32) -> Vec<DVec3> {
+pub fn positions_after(tissue: &Tissue, duration_s: f64, steps: u32, inertia: Inertia) -> Vec<DVec3> {
     let mut tissue = tissue.clone();
+    tissue.bound_s(); // makes the inertias those of the next advance
     tissue.collapse.approach(duration_s);
     let nodes = 0..tissue.node_count() as u32;
     let mut positions: Vec<DVec3> = nodes.clone().map(|node| tissue.position(node).as_dvec3()).collect();
@@ -24,13 +34,19 @@ pub fn positions_after(tissue: &Tissue, duration_s: f64, steps: u32) -> Vec<DVec
     };
     for number in 0..steps {
         let share = |part: f64| (f64::from(number) + part) / f64::from(steps);
-        let a1 = accelerations(&tissue, share(0.0), &positions, &velocities);
+        let a1 = accelerations(&tissue, inertia, share(0.0), &positions, &velocities);
         let v2 = along(&velocities, &a1, 0.5 * step);
-        let a2 = accelerations(&tissue, share(0.5), &along(&positions, &velocities, 0.5 * step), &v2);
+        let a2 = accelerations(
+            &tissue,
+            inertia,
+            share(0.5),
+            &along(&positions, &velocities, 0.5 * step),
+            &v2,
+        );
         let v3 = along(&velocities, &a2, 0.5 * step);
-        let a3 = accelerations(&tissue, share(0.5), &along(&positions, &v2, 0.5 * step), &v3);
+        let a3 = accelerations(&tissue, inertia, share(0.5), &along(&positions, &v2, 0.5 * step), &v3);
         let v4 = along(&velocities, &a3, step);
-        let a4 = accelerations(&tissue, share(1.0), &along(&positions, &v3, step), &v4);
+        let a4 = accelerations(&tissue, inertia, share(1.0), &along(&positions, &v3, step), &v4);
         for node in 0..positions.len() {
             let velocity = velocities[node];
             positions[node] += (velocity + 2.0 * v2[node] + 2.0 * v3[node] + v4[node]) * (step / 6.0);
@@ -41,7 +57,13 @@ pub fn positions_after(tissue: &Tissue, duration_s: f64, steps: u32) -> Vec<DVec
 }
 
 /// Accelerations, mm/s², with resection forces a `share` (0 to 1) of the way through the advance.
-fn accelerations(tissue: &Tissue, share: f64, positions: &[DVec3], velocities: &[DVec3]) -> Vec<DVec3> {
+fn accelerations(
+    tissue: &Tissue,
+    inertia: Inertia,
+    share: f64,
+    positions: &[DVec3],
+    velocities: &[DVec3],
+) -> Vec<DVec3> {
     let mut forces: Vec<DVec3> = (0..tissue.node_count() as u32)
         .map(|node| {
             let index = node as usize;
@@ -63,8 +85,17 @@ fn accelerations(tissue: &Tissue, share: f64, positions: &[DVec3], velocities: &
         forces[a] += pull;
         forces[b] -= pull;
     }
-    for (force, inverse_mass) in forces.iter_mut().zip(&tissue.nodes.inverse_mass) {
-        *force *= f64::from(*inverse_mass);
+    for (node, force) in (0u32..).zip(&mut forces) {
+        let stepped = tissue.inertia_g(node);
+        let inertia = match inertia {
+            Inertia::Mass => tissue.mass_g(node),
+            Inertia::AsStepped => stepped,
+        };
+        *force = if stepped > 0.0 {
+            *force / f64::from(inertia)
+        } else {
+            DVec3::ZERO
+        };
     }
     forces
 }

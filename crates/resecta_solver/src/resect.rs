@@ -233,9 +233,6 @@ impl Tissue {
             let index = node as usize;
             self.nodes.mass[index] *= left;
             self.nodes.support[index] *= left;
-            if !self.nodes.put_aside[index] && left > 0.0 {
-                self.nodes.inverse_mass[index] = 1.0 / self.nodes.mass[index];
-            }
         }
     }
 
@@ -288,7 +285,7 @@ impl Tissue {
         for &node in &bare {
             let force = self.collapse.take(node);
             let index = node as usize;
-            self.nodes.inverse_mass[index] = 0.0;
+            self.nodes.inverse_inertia[index] = 0.0;
             self.nodes.load.set(node, Vec3::ZERO);
             self.nodes.balance.set(node, Vec3::ZERO);
             self.motion.velocities.set(node, Vec3::ZERO);

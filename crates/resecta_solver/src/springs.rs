@@ -11,10 +11,17 @@
 //! computed from gathered positions.
 //!
 //! A chunk's forces stay in registers: they are added to its first nodes, then taken from its second nodes. That order is
-//! the same whatever the width of the registers, so the sums have the same bits on every processor.
+//! the same whatever the width of the registers, and a product and a sum are fused on every processor (on those that cannot,
+//! slowly), so forces have the same bits everywhere.
+//!
+//! Runs are cut at the boundaries of *blocks* of nodes, and slots follow the order block by block. Every spring leads from
+//! a lower to a higher node, so once a block's springs are done, the forces on its nodes are complete and its positions are
+//! not read again: the step moves these nodes at once, while all they need is in the nearest cache.
 //!
 //! A removed spring keeps its slot with stiffness 0: no run is broken, nothing is renumbered, and removal costs nothing in
 //! the loop.
+
+use std::ops::Range;
 
 use glam::Vec3;
 
@@ -36,9 +43,17 @@ pub(crate) struct Springs {
     stiffness: Vec<f32>,
     /// By slot: rest length, mm.
     rest_length: Vec<f32>,
+    blocks: Vec<Block>,
     runs: Vec<Run>,
-    /// The nodes of the slots behind all runs, which are computed one by one.
-    loose: Vec<[u32; 2]>,
+    loose: Vec<Loose>,
+}
+
+/// The springs whose lower node is one of a block of consecutive nodes.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Block {
+    pub nodes: Range<usize>,
+    runs: Range<usize>,
+    loose: Range<usize>,
 }
 
 /// The slots from `first` on join nodes `a + n` and `b + n`.
@@ -50,11 +65,27 @@ struct Run {
     b: u32,
 }
 
+/// Up to [`CHUNK`] springs that are in no run, in the slots from `first` on.
+#[derive(Debug, Clone, PartialEq)]
+struct Loose {
+    first: u32,
+    ends: Vec<[u32; 2]>,
+}
+
+/// Nodes a block: positions and forces of a block and of the neighbours of a lattice layer further on fit the nearest
+/// cache.
+const BLOCK: u32 = 512;
+
 /// Slots computed at a time: one register of 16 `f32`, two of 8, or four of 4.
 pub(crate) const CHUNK: usize = 16;
 
-/// Forces of a chunk of slots, by component, µN.
-type Pull = [[f32; CHUNK]; 3];
+/// The pulls of a chunk of slots: on the first node of each acts `tension` times `way`, on the second the opposite.
+struct Pull {
+    /// Tension over length, µN/mm.
+    tension: [f32; CHUNK],
+    /// From the first node to the second, by component, mm.
+    way: [[f32; CHUNK]; 3],
+}
 
 /// Up to this many empty slots are put in to join two runs: about what the start of a run costs.
 const LONGEST_GAP: u32 = 8;
@@ -66,20 +97,21 @@ const SHORTEST_RUN: u32 = 12;
 const SHORTEST: f32 = 1e-9;
 
 impl Springs {
-    /// Springs that all live. One array entry a spring in every argument.
+    /// Springs that all live, between `node_count` nodes. One array entry a spring in every other argument.
     pub fn new(
+        node_count: usize,
         nodes: Vec<[u32; 2]>,
         stiffness: &[f32],
         rest_length: &[f32],
         behind: Vec<u16>,
         backing: Vec<f32>,
     ) -> Springs {
-        let (runs, slot, loose, slots) = lay_out(&nodes);
+        let layout = Layout::of(&nodes, node_count);
         let by_slot = |values: &[f32]| {
-            let mut by_slot = vec![0.0; slots];
-            slot.iter()
-                .zip(values)
-                .for_each(|(&slot, &value)| by_slot[slot as usize] = value);
+            let mut by_slot = vec![0.0; layout.slots as usize];
+            for (&slot, &value) in layout.slot.iter().zip(values) {
+                by_slot[slot as usize] = value;
+            }
             by_slot
         };
         Springs {
@@ -89,9 +121,10 @@ impl Springs {
             nodes,
             behind,
             backing,
-            slot,
-            runs,
-            loose,
+            slot: layout.slot,
+            blocks: layout.blocks,
+            runs: layout.runs,
+            loose: layout.loose,
         }
     }
 
@@ -129,108 +162,157 @@ impl Springs {
                 }
             }
         }
-        for (ends, stiffness) in self.loose.iter().zip(&self.stiffness[self.first_loose()..]) {
-            ends.iter().for_each(|&end| sums[end as usize] += stiffness);
+        for loose in &self.loose {
+            for (ends, stiffness) in loose.ends.iter().zip(&self.stiffness[loose.first as usize..]) {
+                ends.iter().for_each(|&end| sums[end as usize] += stiffness);
+            }
         }
     }
 
-    /// Adds the force of every spring to its nodes, µN: equation (2) of the papers with the sign of a pull.
+    /// The blocks, by rising nodes; together they hold every node once.
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    /// Adds the force of every spring of a block to its nodes, µN: equation (2) of the papers with the sign of a pull. When
+    /// it has been done for a block and all before it, the forces on the block's nodes are complete.
     ///
     /// Inlined into callers that were compiled for wider registers.
     #[inline(always)]
-    pub fn add_forces(&self, positions: &Vectors, forces: &mut Vectors) {
-        for run in &self.runs {
+    pub fn add_forces(&self, block: &Block, positions: &Vectors, forces: &mut Vectors) {
+        for run in &self.runs[block.runs.clone()] {
             let (first, a, b) = (run.first as usize, run.a as usize, run.b as usize);
             for start in (0..run.length as usize).step_by(CHUNK) {
                 let (a, b) = (a + start, b + start);
                 let pull = self.pull(first + start, positions.chunk(a), positions.chunk(b));
-                forces.add_chunk(a, 1.0, &pull);
-                forces.add_chunk(b, -1.0, &pull);
+                forces.add_chunk(a, &pull.tension, &pull.way);
+                forces.add_chunk(b, &pull.tension.map(|tension| -tension), &pull.way);
             }
         }
-        self.add_loose_forces(positions, forces);
-    }
-
-    /// The springs outside of runs: positions are gathered, forces scattered, and only what lies between is vectorised.
-    #[inline(always)]
-    fn add_loose_forces(&self, positions: &Vectors, forces: &mut Vectors) {
-        for (chunk, ends) in self.loose.chunks(CHUNK).enumerate() {
+        // Positions are gathered, forces scattered, and only what lies between is vectorised.
+        for loose in &self.loose[block.loose.clone()] {
             let mut places = [[[0.0; CHUNK]; 3]; 2];
-            for (n, pair) in ends.iter().enumerate() {
+            for (n, pair) in loose.ends.iter().enumerate() {
                 for (places, &node) in places.iter_mut().zip(pair) {
                     [places[0][n], places[1][n], places[2][n]] = positions.get(node as usize);
                 }
             }
-            let pull = self.pull(self.first_loose() + chunk * CHUNK, places[0], places[1]);
-            for (n, &[a, b]) in ends.iter().enumerate() {
-                let pull = Vec3::new(pull[0][n], pull[1][n], pull[2][n]);
-                forces.add(a, pull);
-                forces.add(b, -pull);
+            let pull = self.pull(loose.first as usize, places[0], places[1]);
+            for (n, &[a, b]) in loose.ends.iter().enumerate() {
+                let way = Vec3::new(pull.way[0][n], pull.way[1][n], pull.way[2][n]);
+                forces.add(a, way * pull.tension[n]);
+                forces.add(b, way * -pull.tension[n]);
             }
         }
     }
 
-    /// Pull on the first node of each slot of a chunk that begins with slot `first`, µN.
+    /// The pulls of the chunk that begins with slot `first`.
     #[inline(always)]
     fn pull(&self, first: usize, a: [[f32; CHUNK]; 3], b: [[f32; CHUNK]; 3]) -> Pull {
         let stiffness: &[f32; CHUNK] = chunk(&self.stiffness, first);
         let rest_length: &[f32; CHUNK] = chunk(&self.rest_length, first);
-        let mut pull = [[0.0; CHUNK]; 3];
+        let mut pull = Pull {
+            tension: [0.0; CHUNK],
+            way: [[0.0; CHUNK]; 3],
+        };
         for n in 0..CHUNK {
-            let (dx, dy, dz) = (b[0][n] - a[0][n], b[1][n] - a[1][n], b[2][n] - a[2][n]);
-            let distance = (dx * dx + dy * dy + dz * dz).sqrt();
-            let tension = stiffness[n] * (distance - rest_length[n]) / distance.max(SHORTEST);
-            pull[0][n] = tension * dx;
-            pull[1][n] = tension * dy;
-            pull[2][n] = tension * dz;
+            let [dx, dy, dz] = [b[0][n] - a[0][n], b[1][n] - a[1][n], b[2][n] - a[2][n]];
+            let distance = dx.mul_add(dx, dy.mul_add(dy, dz * dz)).sqrt();
+            pull.tension[n] = stiffness[n] * (distance - rest_length[n]) / distance.max(SHORTEST);
+            [pull.way[0][n], pull.way[1][n], pull.way[2][n]] = [dx, dy, dz];
         }
         pull
     }
-
-    fn first_loose(&self) -> usize {
-        self.stiffness.len() - self.loose.len().next_multiple_of(CHUNK)
-    }
 }
 
-/// Finds runs, the slot of every spring, the ends of loose springs, and the number of slots.
-fn lay_out(nodes: &[[u32; 2]]) -> (Vec<Run>, Vec<u32>, Vec<[u32; 2]>, usize) {
-    let mut order: Vec<u32> = (0..nodes.len() as u32).collect();
-    let key = |spring: u32| {
-        let [a, b] = nodes[spring as usize];
-        (i64::from(b) - i64::from(a), a)
-    };
-    order.sort_by_key(|&spring| key(spring));
-    // Stretches of `order` in which both nodes rise together, with at most a short gap from one spring to the next.
-    let stretches = order.chunk_by(|&one, &next| {
-        let ((offset, a), (next_offset, next_a)) = (key(one), key(next));
-        offset == next_offset && next_a > a && next_a - a <= LONGEST_GAP + 1
-    });
-    let (mut runs, mut slot, mut alone) = (Vec::new(), vec![0u32; nodes.len()], Vec::new());
-    let mut slots = 0;
-    for stretch in stretches {
-        let [a, b] = nodes[stretch[0] as usize];
-        let [last, _] = nodes[stretch[stretch.len() - 1] as usize];
-        let length = last - a + 1;
-        if length < SHORTEST_RUN {
-            alone.extend_from_slice(stretch);
-            continue;
+/// Where everything goes.
+struct Layout {
+    blocks: Vec<Block>,
+    runs: Vec<Run>,
+    loose: Vec<Loose>,
+    slot: Vec<u32>,
+    slots: u32,
+}
+
+impl Layout {
+    fn of(nodes: &[[u32; 2]], node_count: usize) -> Layout {
+        let ends = |spring: u32| {
+            let [a, b] = nodes[spring as usize];
+            [a.min(b), a.max(b)]
+        };
+        // By block of the lower node, then by the distance between the nodes, then by the lower node.
+        let key = |spring: u32| {
+            let [low, high] = ends(spring);
+            (low / BLOCK, high - low, low)
+        };
+        let mut order: Vec<u32> = (0..nodes.len() as u32).collect();
+        order.sort_by_key(|&spring| key(spring));
+
+        let mut layout = Layout {
+            blocks: Vec::new(),
+            runs: Vec::new(),
+            loose: Vec::new(),
+            slot: vec![0; nodes.len()],
+            slots: 0,
+        };
+        let mut rest = &order[..];
+        for number in 0..(node_count as u32).div_ceil(BLOCK) {
+            let count = rest.iter().take_while(|&&spring| key(spring).0 == number).count();
+            let (springs, others) = rest.split_at(count);
+            rest = others;
+            let (first_run, first_loose) = (layout.runs.len(), layout.loose.len());
+            // Stretches in which both nodes rise together, with at most a short gap from one spring to the next.
+            let stretches = springs.chunk_by(|&one, &next| {
+                let ((_, distance, low), (_, next_distance, next_low)) = (key(one), key(next));
+                distance == next_distance && next_low > low && next_low - low <= LONGEST_GAP + 1
+            });
+            let mut alone = Vec::new();
+            for stretch in stretches {
+                if ends(stretch[stretch.len() - 1])[0] - ends(stretch[0])[0] + 1 < SHORTEST_RUN {
+                    alone.extend_from_slice(stretch);
+                } else {
+                    layout.add_run(stretch, &ends);
+                }
+            }
+            for springs in alone.chunks(CHUNK) {
+                layout.add_loose(springs, &ends);
+            }
+            let nodes = number * BLOCK..((number + 1) * BLOCK).min(node_count as u32);
+            layout.blocks.push(Block {
+                nodes: nodes.start as usize..nodes.end as usize,
+                runs: first_run..layout.runs.len(),
+                loose: first_loose..layout.loose.len(),
+            });
         }
+        layout
+    }
+
+    fn add_run(&mut self, stretch: &[u32], ends: &impl Fn(u32) -> [u32; 2]) {
+        let [a, b] = ends(stretch[0]);
+        let [last, _] = ends(stretch[stretch.len() - 1]);
         for &spring in stretch {
-            slot[spring as usize] = slots + (nodes[spring as usize][0] - a);
+            self.slot[spring as usize] = self.slots + ends(spring)[0] - a;
         }
-        runs.push(Run {
-            first: slots,
+        let length = last - a + 1;
+        self.runs.push(Run {
+            first: self.slots,
             length,
             a,
             b,
         });
-        slots += length.next_multiple_of(CHUNK as u32);
+        self.slots += length.next_multiple_of(CHUNK as u32);
     }
-    for (place, &spring) in (slots..).zip(&alone) {
-        slot[spring as usize] = place;
+
+    fn add_loose(&mut self, springs: &[u32], ends: &impl Fn(u32) -> [u32; 2]) {
+        for (slot, &spring) in (self.slots..).zip(springs) {
+            self.slot[spring as usize] = slot;
+        }
+        self.loose.push(Loose {
+            first: self.slots,
+            ends: springs.iter().map(|&spring| ends(spring)).collect(),
+        });
+        self.slots += CHUNK as u32;
     }
-    let loose = alone.iter().map(|&spring| nodes[spring as usize]).collect();
-    (runs, slot, loose, slots as usize + alone.len().next_multiple_of(CHUNK))
 }
 
 #[cfg(test)]
@@ -241,7 +323,21 @@ mod tests {
         let count = nodes.len();
         let stiffness: Vec<f32> = nodes.iter().map(|[a, _]| 3.0 + *a as f32).collect();
         let rest_length: Vec<f32> = nodes.iter().map(|[_, b]| 0.25 + 0.25 * *b as f32).collect();
-        Springs::new(nodes, &stiffness, &rest_length, vec![1; count], vec![1.0; count])
+        let node_count = nodes.iter().flatten().max().map_or(0, |last| *last as usize + 1);
+        Springs::new(
+            node_count,
+            nodes,
+            &stiffness,
+            &rest_length,
+            vec![1; count],
+            vec![1.0; count],
+        )
+    }
+
+    fn add_forces(springs: &Springs, positions: &Vectors, forces: &mut Vectors) {
+        for block in springs.blocks() {
+            springs.add_forces(block, positions, forces);
+        }
     }
 
     fn curve(count: usize) -> Vectors {
@@ -259,7 +355,11 @@ mod tests {
     fn a_spring_pulls_with_stiffness_times_elongation_along_its_axis() {
         let springs = springs(vec![[0, 1]]);
         let mut forces = Vectors::zero(2);
-        springs.add_forces(&Vectors::from_iter([[0.0, 0.0, 0.0], [3.0, 4.0, 0.0]]), &mut forces);
+        add_forces(
+            &springs,
+            &Vectors::from_iter([[0.0, 0.0, 0.0], [3.0, 4.0, 0.0]]),
+            &mut forces,
+        );
         // Length 5, rest 0.5, stiffness 3: 13.5 µN along (0.6, 0.8).
         for (got, expected) in forces.get(0).into_iter().zip([8.1, 10.8, 0.0]) {
             assert!((got - expected).abs() < 1e-5, "{got} {expected}");
@@ -271,14 +371,18 @@ mod tests {
     fn a_spring_without_length_gives_no_force_and_no_nan() {
         let springs = springs(vec![[0, 1]]);
         let mut forces = Vectors::zero(2);
-        springs.add_forces(&Vectors::from_iter([[1.0, 2.0, 3.0]; 2]), &mut forces);
+        add_forces(&springs, &Vectors::from_iter([[1.0, 2.0, 3.0]; 2]), &mut forces);
         assert_eq!([forces.get(0), forces.get(1)], [[0.0; 3]; 2]);
     }
 
     #[test]
     fn internal_forces_sum_to_zero() {
         let mut forces = Vectors::zero(400);
-        springs((0..393).map(|n| [n, n + 7]).collect()).add_forces(&curve(400), &mut forces);
+        add_forces(
+            &springs((0..393).map(|n| [n, n + 7]).collect()),
+            &curve(400),
+            &mut forces,
+        );
         let (mut sum, mut size) = ([0.0f64; 3], 0.0f64);
         for n in 0..400 {
             for (sum, force) in sum.iter_mut().zip(forces.get(n)) {
@@ -292,26 +396,42 @@ mod tests {
 
     #[test]
     fn forces_are_those_of_each_spring_alone_whatever_the_layout() {
-        // Long runs with gaps to fill, springs that run backwards, and springs that follow no order.
-        let along = (0..300u32).filter(|n| n % 11 != 0).map(|n| [n, n + 9]);
+        // Long runs with gaps to fill, over several blocks; springs that run backwards; springs that follow no order.
+        let beside = (0..90u32).filter(|n| n % 7 != 0).map(|n| [n, n + 1]);
+        let along = (0..1500u32).filter(|n| n % 11 != 0).map(|n| [n, n + 9]);
         let back = (100..160u32).map(|n| [n, n - 50]);
-        let wild = (0..40u32).map(|n| [(n * 37) % 400, (n * 53 + 1) % 400]);
-        let nodes: Vec<[u32; 2]> = along.chain(wild).chain(back).collect();
-        let (positions, together) = (curve(400), springs(nodes.clone()));
+        let wild = (0..40u32).map(|n| [(n * 37) % 1500, (n * 53 + 1) % 1500]);
+        let nodes: Vec<[u32; 2]> = along.chain(wild).chain(back).chain(beside).collect();
+        let (positions, together) = (curve(1510), springs(nodes.clone()));
         assert!(
-            together.runs.len() == 2 && together.loose.len() == 40,
+            together.blocks.len() == 3 && together.runs.len() == 5,
             "{:?}",
             together.runs
         );
-        let mut forces = Vectors::zero(400);
-        together.add_forces(&positions, &mut forces);
-        let mut one_by_one = Vectors::zero(400);
+        let mut forces = Vectors::zero(1510);
+        add_forces(&together, &positions, &mut forces);
+        let mut one_by_one = Vectors::zero(1510);
         for pair in nodes {
-            springs(vec![pair]).add_forces(&positions, &mut one_by_one);
+            add_forces(&springs(vec![pair]), &positions, &mut one_by_one);
         }
-        for n in 0..400 {
+        for n in 0..1510 {
             for (x, y) in forces.get(n).into_iter().zip(one_by_one.get(n)) {
-                assert!((x - y).abs() <= 1e-5 * x.abs().max(100.0), "node {n}: {x} {y}");
+                assert!((x - y).abs() <= 1e-5 * x.abs().max(1000.0), "node {n}: {x} {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_forces_on_a_block_are_complete_once_it_is_done() {
+        let springs = springs((0..1400u32).flat_map(|n| [[n, n + 1], [n + 100, n]]).collect());
+        let positions = curve(1501);
+        let mut all = Vectors::zero(1501);
+        add_forces(&springs, &positions, &mut all);
+        let mut so_far = Vectors::zero(1501);
+        for block in springs.blocks() {
+            springs.add_forces(block, &positions, &mut so_far);
+            for node in block.nodes.clone() {
+                assert_eq!(so_far.get(node), all.get(node));
             }
         }
     }

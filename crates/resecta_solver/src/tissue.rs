@@ -44,8 +44,8 @@ pub(crate) struct Nodes {
     pub mass: Vec<f32>,
     /// Damping over mass, 1/s.
     pub damping_rate: Vec<f32>,
-    /// 1/g; 0 for nodes that do not move: removed ones and those put aside.
-    pub inverse_mass: Vec<f32>,
+    /// 1/g, see [`Tissue::inertia_g`]; 0 for nodes that do not move: removed ones and those put aside.
+    pub inverse_inertia: Vec<f32>,
     /// Stiffness of the bed that holds a capsule node at its rest position, µN/mm.
     pub support: Vec<f32>,
     /// Ranges of nodes in which every node is held by the bed.
@@ -146,8 +146,10 @@ pub struct Tissue {
     pub(crate) rest_volume_mm3: f64,
     pub(crate) removed_volume_mm3: f64,
     pub(crate) living: Living,
-    /// The longest stable step, s, if nothing changed since it was computed.
+    /// The longest stable step, s, if nothing changed since it and the inertias were computed.
     pub(crate) bound: Option<f64>,
+    /// The largest square of a node's circular frequency that its inertia allows, 1/s².
+    pub(crate) fastest: f32,
     pub(crate) scratch: crate::motion::Scratch,
 }
 
@@ -234,6 +236,13 @@ impl Tissue {
     #[inline]
     pub fn mass_g(&self, node: u32) -> f32 {
         self.nodes.mass[node as usize]
+    }
+
+    /// Inertia of a node, g: its mass, or more where that would ask for a step much shorter than the rest of the tissue
+    /// needs (see `motion.rs`). 0 for a node that does not move. As of the last advance.
+    pub fn inertia_g(&self, node: u32) -> f32 {
+        let inverse = self.nodes.inverse_inertia[node as usize];
+        if inverse > 0.0 { 1.0 / inverse } else { 0.0 }
     }
 
     /// Damping of a node, gamma of equation (1), g/s.
@@ -400,9 +409,6 @@ impl Tissue {
         let index = node as usize;
         self.nodes.mass[index] = mass_g;
         self.nodes.damping_rate[index] = damping / mass_g;
-        if !self.nodes.put_aside[index] {
-            self.nodes.inverse_mass[index] = 1.0 / mass_g;
-        }
         self.bound = None;
         Ok(())
     }

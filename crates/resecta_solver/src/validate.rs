@@ -41,7 +41,7 @@ pub enum Inconsistency {
     #[error("node {0} lives, but no living spring ends there")]
     OrphanNode(u32),
     /// A removed node still moves, or a living one that was not put aside does not.
-    #[error("node {node} (alive: {alive}) has mass {mass} g and inverse mass {inverse_mass} 1/g")]
+    #[error("node {node} (alive: {alive}) has mass {mass} g and inverse mass {inverse_inertia} 1/g")]
     NodeMass {
         /// The node.
         node: u32,
@@ -50,7 +50,7 @@ pub enum Inconsistency {
         /// Its mass.
         mass: f32,
         /// The inverse used in motion.
-        inverse_mass: f32,
+        inverse_inertia: f32,
     },
     /// A position or velocity is not finite.
     #[error("node {0} has a position or velocity that is not finite")]
@@ -148,14 +148,14 @@ impl Tissue {
             if alive && springs_around[index] == 0 {
                 return Err(Inconsistency::OrphanNode(node));
             }
-            let (mass, inverse_mass) = (self.nodes.mass[index], self.nodes.inverse_mass[index]);
+            let (mass, inverse_inertia) = (self.nodes.mass[index], self.nodes.inverse_inertia[index]);
             let moves = alive && !self.nodes.put_aside[index];
-            if moves != (inverse_mass > 0.0) || !inverse_mass.is_finite() || !mass.is_finite() {
+            if moves != (inverse_inertia > 0.0) || !inverse_inertia.is_finite() || !mass.is_finite() {
                 return Err(Inconsistency::NodeMass {
                     node,
                     alive,
                     mass,
-                    inverse_mass,
+                    inverse_inertia,
                 });
             }
             if !self.position(node).is_finite() || !self.velocity(node).is_finite() {

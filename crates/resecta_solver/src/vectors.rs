@@ -59,15 +59,15 @@ impl Vectors {
         [*chunk(&self.x, first), *chunk(&self.y, first), *chunk(&self.z, first)]
     }
 
-    /// Adds `sign` times the values to [`CHUNK`] consecutive nodes.
+    /// Adds the values, each times its factor, to [`CHUNK`] consecutive nodes.
     #[inline(always)]
-    pub fn add_chunk(&mut self, first: usize, sign: f32, values: &[[f32; CHUNK]; 3]) {
+    pub fn add_chunk(&mut self, first: usize, factors: &[f32; CHUNK], values: &[[f32; CHUNK]; 3]) {
         for (component, values) in [&mut self.x, &mut self.y, &mut self.z].into_iter().zip(values) {
             let place: &mut [f32; CHUNK] = component[first..].first_chunk_mut().expect(REACH);
             // Read, added and written as a whole: only so does the compiler keep to whole registers.
             let mut sums = *place;
             for n in 0..CHUNK {
-                sums[n] += sign * values[n];
+                sums[n] = factors[n].mul_add(values[n], sums[n]);
             }
             *place = sums;
         }

@@ -4,7 +4,8 @@ mod common;
 
 use common::{block_mesh, tube};
 use glam::{DVec3, Vec3};
-use resecta_solver::{Contact, Material, ShearResistance, StepError, Tissue, TissueMesh, reference};
+use resecta_solver::reference::{self, Inertia};
+use resecta_solver::{Contact, Material, ShearResistance, StepError, Tissue, TissueMesh};
 
 /// A block that nothing holds and nothing damps.
 fn free_block(n: [u32; 3]) -> Tissue {
@@ -107,7 +108,7 @@ fn the_step_is_of_order_two_against_the_reference() {
             .expect("a finite velocity");
     }
     let time = 0.004;
-    let exact = reference::positions_after(&start, time, 400);
+    let exact = reference::positions_after(&start, time, 400, Inertia::AsStepped);
     let error = |pieces: u32| {
         let mut tissue = start.clone();
         for _ in 0..pieces {
@@ -270,7 +271,7 @@ fn the_estimate_of_the_error_follows_the_true_error() {
     let mut tissue = tube(12.0, ShearResistance::Diagonals);
     shake(&mut tissue);
     let time = 1.0 / 60.0;
-    let exact = reference::positions_after(&tissue, time, 2000);
+    let exact = reference::positions_after(&tissue, time, 2000, Inertia::AsStepped);
     let estimate = tissue.estimate_error_mm(time, &[]).expect("a plain estimate");
     tissue.advance(time, &[]).expect("a plain advance");
     let error = rms(&tissue, &exact);
