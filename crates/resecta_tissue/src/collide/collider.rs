@@ -127,19 +127,22 @@ impl Collider {
         let around = Aabb::new(point - reach, point + reach);
         let mut slots: Vec<u32> = self.bvh.intersect_aabb(&around).collect();
         slots.sort_unstable();
-        let candidates: Vec<(Face, ClosestPoints)> = slots
-            .into_iter()
-            .filter_map(|slot| self.face(tissue, slot))
-            .map(|face| (face, point_triangle(point, face.corners)))
-            .collect();
-        let distance = candidates
-            .iter()
-            .map(|(_, closest)| closest.distance())
-            .fold(f32::INFINITY, f32::min);
-        if distance > DEPTH_LIMIT_MM {
-            return None;
-        }
         const TIE_MM: f32 = 1e-4;
+        let mut candidates: Vec<(Face, ClosestPoints)> = Vec::new();
+        let mut distance = DEPTH_LIMIT_MM;
+        for face in slots.into_iter().filter_map(|slot| self.face(tissue, slot)) {
+            // No point of a face is further from one corner than its longer edge there: most are too far at a glance.
+            let [a, b, c] = face.corners;
+            let size = a.distance_squared(b).max(a.distance_squared(c)).sqrt();
+            if a.distance(point) - size > distance + TIE_MM {
+                continue;
+            }
+            let closest = point_triangle(point, face.corners);
+            if closest.distance() <= distance + TIE_MM {
+                distance = distance.min(closest.distance());
+                candidates.push((face, closest));
+            }
+        }
         let mut best: Option<(f32, Nearest)> = None;
         for (face, closest) in candidates {
             if closest.distance() > distance + TIE_MM {

@@ -5,7 +5,7 @@ use resecta_solver::Contact;
 
 use super::{
     closest::{ClosestPoints, segment_triangle},
-    collider::{Collider, DEPTH_LIMIT_MM, Face},
+    collider::{Collider, DEPTH_LIMIT_MM, Face, Nearest},
     sweep::PartSweep,
 };
 use crate::tool::ToolPartKind;
@@ -86,6 +86,7 @@ pub fn find(
     collider.near_axis(tissue, &part.to, range, faces);
     let first = found.len();
     let mut corners: Vec<(u32, Touch)> = Vec::new();
+    let mut surroundings = Surroundings::new(collider, tissue);
     let record = |held: Held, enforced: bool, nodes: [u32; 3], touch: &Touch| {
         let contact = touch.contact(part, nodes, pass_s);
         let (goal, now) = touch.goal_and_now();
@@ -101,7 +102,7 @@ pub fn find(
         }
     };
     for face in faces.iter() {
-        let Some(push) = push(collider, tissue, part, face) else {
+        let Some(push) = push(&mut surroundings, part, face) else {
             continue;
         };
         let mut covered = false;
@@ -235,6 +236,36 @@ fn dip(radius: f32, face: &Face) -> f32 {
     radius - (radius * radius - half).max(0.0).sqrt()
 }
 
+/// The faces nearest to points of one part's axis. Most faces near a short part are nearest to one of its ends: what was
+/// found there is kept.
+struct Surroundings<'a> {
+    collider: &'a Collider,
+    tissue: &'a resecta_solver::Tissue,
+    end_a: Option<Option<Nearest>>,
+    end_b: Option<Option<Nearest>>,
+}
+
+impl<'a> Surroundings<'a> {
+    fn new(collider: &'a Collider, tissue: &'a resecta_solver::Tissue) -> Self {
+        Self {
+            collider,
+            tissue,
+            end_a: None,
+            end_b: None,
+        }
+    }
+
+    /// The face nearest to the point of the axis at `share`.
+    fn nearest_face(&mut self, share: f32, point: Vec3) -> Option<Nearest> {
+        let find = || self.collider.nearest_face(self.tissue, point);
+        match share {
+            0.0 => *self.end_a.get_or_insert_with(find),
+            1.0 => *self.end_b.get_or_insert_with(find),
+            _ => find(),
+        }
+    }
+}
+
 /// A face that a part pushes.
 struct Push {
     face: Face,
@@ -244,7 +275,7 @@ struct Push {
 }
 
 /// Which face the part pushes on account of a face near it, from where, and in which direction.
-fn push(collider: &Collider, tissue: &resecta_solver::Tissue, part: &PartSweep, face: &Face) -> Option<Push> {
+fn push(surroundings: &mut Surroundings, part: &PartSweep, face: &Face) -> Option<Push> {
     let outward = face.normal();
     if outward == Vec3::ZERO {
         return None;
@@ -283,7 +314,7 @@ fn push(collider: &Collider, tissue: &resecta_solver::Tissue, part: &PartSweep, 
     if distance > DEPTH_LIMIT_MM {
         return None;
     }
-    let nearest = collider.nearest_face(tissue, closest.on_segment)?;
+    let nearest = surroundings.nearest_face(closest.share, closest.on_segment)?;
     if !nearest.inside {
         return separated();
     }
