@@ -33,6 +33,7 @@ pub mod export;
 pub mod game;
 pub mod headless;
 mod plugins;
+pub mod rates;
 pub mod view;
 
 pub use resecta_anatomy as anatomy;
