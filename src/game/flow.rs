@@ -8,6 +8,7 @@ use bevy::{
 };
 use resecta_instrument::{InstrumentSource, LiveInput};
 use resecta_scenario::{EndReason, PreparedExercise, RunState, spawn_exercise};
+use resecta_tissue::TissueSettings;
 
 use super::{Loaded, layout::ViewLayout, pace::Pace};
 use crate::view::{OutsideCamera, ViewSystems};
@@ -91,7 +92,13 @@ impl GameFlow {
 pub fn begin(world: &mut World, prepared: PreparedExercise) {
     let active = spawn_exercise(world, prepared);
     world.entity_mut(active.instrument).insert(InstrumentSource::Live);
+    if let Some(mut settings) = world.get_mut::<TissueSettings>(active.tissue) {
+        settings.estimate_error_every = STEPS_AN_ESTIMATE;
+    }
 }
+
+/// The panel shows an estimate of the step's error that is never older than this many steps, 2 s: three steps' work in 120.
+const STEPS_AN_ESTIMATE: u32 = 120;
 
 /// The keys of the game. None of them is among the instrument's bindings.
 pub const KEYS: [(&str, &str); 8] = [
