@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use bevy::{
     app::{TaskPoolOptions, TaskPoolPlugin},
+    ecs::schedule::SingleThreadedExecutor,
     math::DVec3,
     prelude::*,
     time::TimeUpdateStrategy,
@@ -168,6 +169,11 @@ impl Theatre {
             task_pool_options: TaskPoolOptions::with_num_threads(1),
         };
         app.add_plugins((MinimalPlugins.set(one_thread), FixedStepPlugin, TissuePlugin::default()));
+        // One thread: systems need not be handed to another.
+        let mut schedules = app.world_mut().resource_mut::<Schedules>();
+        for (_, schedule) in schedules.iter_mut() {
+            schedule.set_executor(SingleThreadedExecutor::new());
+        }
         // The visible mesh is part of an update; it needs a place, not a renderer.
         app.init_resource::<Assets<Mesh>>();
         app.insert_resource(TimeUpdateStrategy::FixedTimesteps(1));

@@ -10,16 +10,19 @@ use resecta::{
     view::{PICTURE_SIZE, Pictures, PicturesPlugin, adapter_available, finish_pictures},
 };
 
-/// Advances to the middle lobe and waits until the gland is at rest; cuts once; comes back to the same place.
+/// In through the urethra to the middle lobe, a look with the loop out at 4.5 s; one cut; a look from the same place.
 const SCRIPT: &str = "(
     keys: [
-        (time_s: 0.0, insertion_mm: 30.0, pitch_deg: -3.0, stroke_mm: 0.0),
-        (time_s: 0.6, stroke_mm: 16.0),
-        (time_s: 1.5, stroke_mm: 16.0, pitch_deg: -3.0, cut: true),
-        (time_s: 1.7, pitch_deg: -9.0),
-        (time_s: 2.4, pitch_deg: -9.0, stroke_mm: 2.0, cut: false),
-        (time_s: 2.6, pitch_deg: -3.0),
-        (time_s: 3.0, stroke_mm: 16.0, pitch_deg: -3.0),
+        (time_s: 0, insertion_mm: 0, pitch_deg: -18, stroke_mm: 0),
+        (time_s: 1.5, insertion_mm: 16, pitch_deg: -18),
+        (time_s: 3, insertion_mm: 34, pitch_deg: -6),
+        (time_s: 3.4, pitch_deg: -0.5, stroke_mm: 0),
+        (time_s: 3.9, stroke_mm: 16),
+        (time_s: 4.5, pitch_deg: -0.5, stroke_mm: 16, cut: true),
+        (time_s: 4.7, pitch_deg: -5),
+        (time_s: 5.4, pitch_deg: -5, stroke_mm: 2, cut: false),
+        (time_s: 5.6, pitch_deg: -0.5, stroke_mm: 2),
+        (time_s: 9, stroke_mm: 16, pitch_deg: -0.5),
     ],
 )";
 
@@ -41,7 +44,7 @@ fn both_views_show_the_gland_and_what_a_cut_changes() {
     app.add_plugins(PicturesPlugin {
         folder: folder.path().join("frames"),
         count: 3,
-        steps: 180,
+        steps: 540,
     });
     headless::start(&mut app, prepared, InstrumentSource::Script(script));
     Pictures::warm_up(&mut app).unwrap();
