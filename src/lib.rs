@@ -50,6 +50,7 @@ pub mod prelude {
     pub use resecta_anatomy::{Case, Lattice, LatticeOptions, Zone};
     pub use resecta_instrument::prelude::*;
     pub use resecta_scenario::prelude::*;
-    pub use resecta_solver::{CollapseLaw, Material, ShearResistance, TissueMesh};
+    // Under a name of its own: Bevy's prelude has a `Material`.
+    pub use resecta_solver::{CollapseLaw, Material as TissueMaterial, ShearResistance, TissueMesh};
     pub use resecta_tissue::prelude::*;
 }
