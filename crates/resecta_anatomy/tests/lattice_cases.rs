@@ -82,7 +82,7 @@ fn zones_fill_their_contours_and_the_middle_lobe_lies_behind_and_above() {
 /// The shipped file holds the reference case. With `RESECTA_WRITE_CASES` set, it is written anew.
 #[test]
 fn the_shipped_paper_case_is_the_reference_case() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/cases/paper.case.ron");
+    let path = Path::new("../../assets/cases/paper.case.ron");
     if std::env::var_os("RESECTA_WRITE_CASES").is_some() {
         paper_case().save(&path).unwrap();
     }
@@ -190,7 +190,8 @@ fn contour_files(folder: &Path, files: &mut Vec<PathBuf>) {
 
 /// The folder of real cases beside the repository, or that of `RESECTA_SHARED`.
 fn shared_cases() -> Option<PathBuf> {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
+    // Cargo runs tests in the folder of their package.
+    let beside = || PathBuf::from("../../../shared");
     let folder = std::env::var_os("RESECTA_SHARED")
         .map_or_else(beside, PathBuf::from)
         .join("cases");

@@ -10,7 +10,7 @@ use resecta_scenario::{
 use resecta_tissue::{Tissue, TissuePlugin, TissueTint};
 
 fn library() -> Library {
-    Library::new(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets"))
+    Library::new(Path::new("../../assets"))
 }
 
 fn app() -> App {

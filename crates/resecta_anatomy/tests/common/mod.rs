@@ -1,12 +1,12 @@
 //! The optional folder of real cases.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The folder `shared/cases` beside the checkout (or under `RESECTA_SHARED`), or `None`, said loudly. On a build server
 /// (`CI` is set) it must be there.
 pub fn shared_cases() -> Option<PathBuf> {
-    let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let shared = std::env::var_os("RESECTA_SHARED").map_or_else(|| repository.join("../shared"), PathBuf::from);
+    // Cargo runs tests in the folder of their package.
+    let shared = std::env::var_os("RESECTA_SHARED").map_or_else(|| PathBuf::from("../../../shared"), PathBuf::from);
     let cases = shared.join("cases");
     if cases.is_dir() {
         return Some(cases);
