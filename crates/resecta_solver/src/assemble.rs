@@ -121,8 +121,9 @@ impl Tissue {
             rest_volume_mm3: volume,
             removed_volume_mm3: 0.0,
             bound: None,
+            inertias_known: false,
             fastest: f32::INFINITY,
-            scratch: Scratch::new(count),
+            scratch: Scratch::new(count, mesh.springs.len()),
         };
         tissue.reach = (0..tissue.pentahedron_count() as u32)
             .map(|pentahedron| {

@@ -2,6 +2,9 @@
 
 use glam::Vec3;
 
+use crate::tissue::Motion;
+use crate::vectors::Vectors;
+
 /// Keeps one point of the tissue, given by three nodes and weights, on one side of a plane during one advance.
 ///
 /// The rule is `normal · Σ weight·position >= offset`; the offset moves linearly from `offset_start` to `offset_end` over
@@ -26,5 +29,39 @@ impl Contact {
             && self.offset_start.is_finite()
             && self.offset_end.is_finite()
             && self.weights.iter().all(|weight| weight.is_finite())
+    }
+}
+
+impl Motion {
+    /// Brings a contact's point to its side of the plane at `time` (0 to 1 over an advance of that duration), the nodes
+    /// sharing the way by weight and inverse inertia, and takes the velocity that goes against the plane's own.
+    pub(crate) fn hold(&mut self, contact: &Contact, time: f32, duration_s: f32, inverse_inertia: &[f32]) {
+        let Contact {
+            nodes, weights, normal, ..
+        } = *contact;
+        let share = [0, 1, 2].map(|corner| weights[corner] * inverse_inertia[nodes[corner] as usize]);
+        let compliance: f32 = share.iter().zip(&weights).map(|(share, weight)| share * weight).sum();
+        if compliance <= 0.0 {
+            return;
+        }
+        let along = |vectors: &Vectors| -> f32 {
+            nodes
+                .iter()
+                .zip(&weights)
+                .map(|(&node, weight)| weight * vectors.at(node).dot(normal))
+                .sum()
+        };
+        let offset = contact.offset_start + time * (contact.offset_end - contact.offset_start);
+        let depth = offset - along(&self.positions);
+        if depth <= 0.0 {
+            return;
+        }
+        let against = (contact.offset_end - contact.offset_start) / duration_s - along(&self.velocities);
+        for (&node, share) in nodes.iter().zip(share) {
+            self.positions.add(node, normal * (depth * share / compliance));
+            if against > 0.0 {
+                self.velocities.add(node, normal * (against * share / compliance));
+            }
+        }
     }
 }

@@ -5,37 +5,49 @@
 //!
 //! | to find | look in |
 //! |---|---|
-//! | how a spring's force is computed | `springs.rs` |
-//! | how a step is made and how long it may be | `motion.rs` |
-//! | what leaves when tissue is cut, and how the rest answers | `resect.rs`, `collapse.rs` |
+//! | how a spring's force is computed | `springs.rs`, laid out in `runs.rs` |
+//! | how a step is made | `motion.rs` |
+//! | how long it may be | `bound.rs`, `held.rs` |
+//! | what leaves when tissue is cut, and how the rest answers | `resect.rs`, `pieces.rs`, `collapse.rs` |
 //! | what the loop sweeps over | `sweep.rs` |
 //! | the exposed surface | `surface.rs` |
 //! | what must always hold | `validate.rs` |
 //!
 //! Units are mm, g and s throughout, so pressure and modulus are in Pa, force in µN and stiffness in µN/mm = mN/m.
 
+mod aligned;
 mod assemble;
+mod bound;
 mod collapse;
 mod contact;
 mod energy;
+mod held;
+mod kick;
+mod marks;
 mod material;
 mod mesh;
 mod motion;
+mod pieces;
+mod quarantine;
 pub mod reference;
 mod resect;
+mod runs;
 mod springs;
 mod surface;
 mod sweep;
 mod tissue;
 mod validate;
 mod vectors;
+mod widest;
 
+pub use bound::MOST_SUBSTEPS;
 pub use collapse::CollapseLaw;
 pub use contact::Contact;
 pub use energy::Energy;
 pub use material::{Material, ShearResistance};
 pub use mesh::{MeshError, Share, TissueMesh};
-pub use motion::{MOST_SUBSTEPS, PutAside, StepError, StepReport};
+pub use motion::{StepError, StepReport};
+pub use quarantine::PutAside;
 pub use resect::Resection;
 pub use resecta_anatomy::Zone;
 pub use surface::{Surface, SurfaceChange};

@@ -10,7 +10,7 @@ use crate::tissue::Tissue;
 pub enum Inertia {
     /// Their masses: shows the whole error of a step.
     Mass,
-    /// What the step gives them (`motion.rs`): shows the error of the integration alone.
+    /// What the step gives them (`bound.rs`): shows the error of the integration alone.
     AsStepped,
 }
 

@@ -1,7 +1,5 @@
 //! Resection: which pentahedra a cut takes, what leaves with them, and what stays behind.
 
-use std::collections::BTreeMap;
-
 use glam::{DVec3, Vec3};
 use resecta_anatomy::Zone;
 
@@ -43,12 +41,13 @@ impl Tissue {
         }
         let centre = self.position(node);
         let mut found: Vec<u32> = self.pentahedra_around(node).collect();
-        let mut seen: std::collections::BTreeSet<u32> = found.iter().copied().collect();
+        let mut seen = vec![false; self.pentahedron_count()];
+        found.iter().for_each(|&pentahedron| seen[pentahedron as usize] = true);
         let mut next = 0;
         while next < found.len() {
             for neighbour in self.surface.neighbours(found[next], &self.pentahedra.alive) {
                 let within = f64::from(self.centroid(neighbour).distance(centre)) <= radius_mm;
-                if within && seen.insert(neighbour) {
+                if within && !std::mem::replace(&mut seen[neighbour as usize], true) {
                     found.push(neighbour);
                 }
             }
@@ -91,14 +90,10 @@ impl Tissue {
         if removed.is_empty() {
             return Resection::default();
         }
-        let mut resection = self.account(&removed);
-        // Before anything changes: what each node lost, for the hydraulic law, and the volume around it.
-        let cavity = self.cavity(&removed, resection.current_volume_mm3);
-        let volume_before: BTreeMap<u32, f64> = cavity
-            .lost
-            .keys()
-            .map(|&node| (node, self.volume_around(node)))
-            .collect();
+        // Before anything changes.
+        let volumes: Vec<f64> = removed.iter().map(|&pentahedron| self.volume_of(pentahedron)).collect();
+        let mut resection = self.account(&removed, &volumes);
+        let cavity = self.cavity(&removed, &volumes);
 
         for &pentahedron in &removed {
             self.pentahedra.alive[pentahedron as usize] = false;
@@ -115,13 +110,13 @@ impl Tissue {
             );
         }
         let gone = self.weaken_springs(&removed);
-        self.lighten_nodes(&volume_before);
+        self.lighten_nodes(&cavity);
         match law {
             Some(CollapseLaw::CompressionForce { share }) => self.compression_force(&gone, share),
             Some(CollapseLaw::HydraulicPressure { resistance_un }) => self.hydraulic_pressure(&cavity, resistance_un),
             None => {}
         }
-        resection.nodes = self.remove_bare_nodes(cavity.lost.keys().copied(), &gone);
+        resection.nodes = self.remove_bare_nodes(&cavity, &gone);
         resection.springs = gone.iter().map(|(spring, _)| *spring).collect();
         resection.pentahedra = removed;
 
@@ -129,36 +124,46 @@ impl Tissue {
         self.living.springs -= resection.springs.len();
         self.living.nodes -= resection.nodes.len();
         self.removed_volume_mm3 += resection.rest_volume_mm3;
-        self.bound = None;
+        self.forget_inertias();
         resection
     }
 
     /// Volumes and areas of what is about to go.
-    fn account(&self, removed: &[u32]) -> Resection {
-        let mut resection = Resection::default();
+    fn account(&self, removed: &[u32], volumes: &[f64]) -> Resection {
+        let mut resection = Resection {
+            current_volume_mm3: volumes.iter().sum(),
+            ..Resection::default()
+        };
         for &pentahedron in removed {
             let volume = self.rest_volume_mm3(pentahedron);
             resection.rest_volume_mm3 += volume;
             resection.by_zone_mm3[self.pentahedron_zone(pentahedron).index()] += volume;
             resection.capsule_area_mm2 += f64::from(self.capsule_area_mm2(pentahedron));
-            resection.current_volume_mm3 += self.volume_of(pentahedron);
         }
         resection
     }
 
-    fn cavity(&self, removed: &[u32], volume_mm3: f64) -> Cavity {
-        let mut lost: BTreeMap<u32, f32> = BTreeMap::new();
+    fn cavity(&mut self, removed: &[u32], volumes: &[f64]) -> Cavity {
+        let mut lost: Vec<NodeLoss> = Vec::new();
         let mut centre = DVec3::ZERO;
-        for &pentahedron in removed {
-            let volume = self.volume_of(pentahedron);
+        self.scratch.marked_nodes.clear();
+        for (&pentahedron, &volume) in removed.iter().zip(volumes) {
             centre += self.centroid(pentahedron).as_dvec3() * volume;
-            let ratio = (volume / self.rest_volume_mm3(pentahedron)) as f32;
+            let rest_volume = self.rest_volume_mm3(pentahedron);
             for node in self.pentahedron_nodes(pentahedron) {
-                *lost.entry(node).or_default() += ratio;
+                let new = || NodeLoss {
+                    node,
+                    ratios: 0.0,
+                    rest_volume_mm3: 0.0,
+                };
+                let loss = self.scratch.marked_nodes.entry(node, &mut lost, new);
+                loss.ratios += (volume / rest_volume) as f32;
+                loss.rest_volume_mm3 += rest_volume;
             }
         }
+        lost.sort_unstable_by_key(|loss| loss.node);
         Cavity {
-            centre: (centre / volume_mm3).as_vec3(),
+            centre: (centre / volumes.iter().sum::<f64>()).as_vec3(),
             lost,
         }
     }
@@ -172,22 +177,24 @@ impl Tissue {
     /// Takes from every spring what removed pentahedra lent it. Returns the springs that went, rising, with the stiffness
     /// (µN/mm) they had before.
     fn weaken_springs(&mut self, removed: &[u32]) -> Vec<(u32, f32)> {
-        let mut gone = Vec::new();
-        let mut stiffness_before: BTreeMap<u32, f32> = BTreeMap::new();
+        let mut touched: Vec<(u32, f32)> = Vec::new();
+        self.scratch.marked_springs.clear();
         for &pentahedron in removed {
             let corners = self.pentahedron_nodes(pentahedron);
-            for (spring, lent) in self.pentahedra.shares(pentahedron).to_vec() {
+            for place in self.pentahedra.share_range(pentahedron) {
+                let (spring, lent) = self.pentahedra.shares[place];
                 if self.springs.alive[spring as usize] {
-                    let before = *stiffness_before.entry(spring).or_insert(self.spring(spring).stiffness);
+                    let before = self.springs.stiffness(spring);
+                    self.scratch
+                        .marked_springs
+                        .entry(spring, &mut touched, || (spring, before));
                     self.weaken(spring, lent, &corners);
-                    if !self.springs.alive[spring as usize] {
-                        gone.push((spring, before));
-                    }
                 }
             }
         }
-        gone.sort_unstable_by_key(|&(spring, _)| spring);
-        gone
+        touched.retain(|&(spring, _)| !self.springs.alive[spring as usize]);
+        touched.sort_unstable_by_key(|&(spring, _)| spring);
+        touched
     }
 
     /// Takes from a spring the volume that a pentahedron with these corners lent it. The spring goes when no pentahedron
@@ -227,9 +234,13 @@ impl Tissue {
     }
 
     /// Takes from every node the mass, and from its bed the stiffness, of what is gone around it.
-    fn lighten_nodes(&mut self, volume_before: &BTreeMap<u32, f64>) {
-        for (&node, before) in volume_before {
-            let left = (self.volume_around(node) / before) as f32;
+    fn lighten_nodes(&mut self, cavity: &Cavity) {
+        for &NodeLoss {
+            node, rest_volume_mm3, ..
+        } in &cavity.lost
+        {
+            let after = self.volume_around(node);
+            let left = (after / (after + rest_volume_mm3)) as f32;
             let index = node as usize;
             self.nodes.mass[index] *= left;
             self.nodes.support[index] *= left;
@@ -261,27 +272,26 @@ impl Tissue {
 
     /// Second paper, equations (3) and (4): see [`CollapseLaw::HydraulicPressure`].
     fn hydraulic_pressure(&mut self, cavity: &Cavity, resistance_un: f32) {
-        for (&node, ratios) in cavity
-            .lost
-            .iter()
-            .filter(|(node, _)| self.is_node_alive(**node))
-            .collect::<Vec<_>>()
-        {
-            let towards = (cavity.centre - self.position(node)).normalize_or_zero();
-            self.collapse.add(node, towards * resistance_un * *ratios);
+        for &NodeLoss { node, ratios, .. } in &cavity.lost {
+            if self.is_node_alive(node) {
+                let towards = (cavity.centre - self.position(node)).normalize_or_zero();
+                self.collapse.add(node, towards * resistance_un * ratios);
+            }
         }
     }
 
     /// Removes the nodes that no pentahedron holds any more. The resection force each had gathered goes, in equal parts,
     /// to its former neighbours that stay.
-    fn remove_bare_nodes(&mut self, touched: impl Iterator<Item = u32>, gone: &[(u32, f32)]) -> Vec<u32> {
-        let bare: Vec<u32> = touched.filter(|&node| !self.is_node_alive(node)).collect();
-        let mut heirs: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-        for &(spring, _) in gone {
-            if let Some(SpringEnds { stays, goes }) = self.ends(spring) {
-                heirs.entry(goes).or_default().push(stays);
-            }
-        }
+    fn remove_bare_nodes(&mut self, cavity: &Cavity, gone: &[(u32, f32)]) -> Vec<u32> {
+        let bare: Vec<u32> = cavity
+            .lost
+            .iter()
+            .map(|loss| loss.node)
+            .filter(|&node| !self.is_node_alive(node))
+            .collect();
+        // By the node that goes.
+        let mut heirs: Vec<SpringEnds> = gone.iter().filter_map(|&(spring, _)| self.ends(spring)).collect();
+        heirs.sort_by_key(|ends| ends.goes);
         for &node in &bare {
             let force = self.collapse.take(node);
             let index = node as usize;
@@ -289,20 +299,31 @@ impl Tissue {
             self.nodes.load.set(node, Vec3::ZERO);
             self.nodes.balance.set(node, Vec3::ZERO);
             self.motion.velocities.set(node, Vec3::ZERO);
-            if let Some(heirs) = heirs.get(&node).filter(|_| force != Vec3::ZERO) {
-                heirs
-                    .iter()
-                    .for_each(|&heir| self.collapse.add(heir, force / heirs.len() as f32));
+            if force != Vec3::ZERO {
+                let first = heirs.partition_point(|ends| ends.goes < node);
+                let end = heirs.partition_point(|ends| ends.goes <= node);
+                for heir in &heirs[first..end] {
+                    self.collapse.add(heir.stays, force / (end - first) as f32);
+                }
             }
         }
         bare
     }
 }
 
-/// What a cut leaves: its centre, and for every node it touched the sum of V^c / V^0 of the pentahedra lost there.
+/// What a cut leaves: its centre, and what every node it touched lost, by rising node.
 struct Cavity {
     centre: Vec3,
-    lost: BTreeMap<u32, f32>,
+    lost: Vec<NodeLoss>,
+}
+
+/// What a node lost with the pentahedra removed around it.
+struct NodeLoss {
+    node: u32,
+    /// Sum of V^c / V^0.
+    ratios: f32,
+    /// Sum of V^0, mm³.
+    rest_volume_mm3: f64,
 }
 
 struct SpringEnds {

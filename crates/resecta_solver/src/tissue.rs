@@ -20,6 +20,7 @@ use glam::{DVec3, Vec3};
 use resecta_anatomy::{Zone, wedge};
 
 use crate::collapse::Collapse;
+use crate::motion::Scratch;
 use crate::springs::Springs;
 use crate::surface::Surface;
 use crate::vectors::Vectors;
@@ -146,11 +147,13 @@ pub struct Tissue {
     pub(crate) rest_volume_mm3: f64,
     pub(crate) removed_volume_mm3: f64,
     pub(crate) living: Living,
-    /// The longest stable step, s, if nothing changed since it and the inertias were computed.
+    /// The longest stable step of the tissue as it lies, s, if it has been measured.
     pub(crate) bound: Option<f64>,
+    /// Whether the inertias are those of the masses and springs there are.
+    pub(crate) inertias_known: bool,
     /// The largest square of a node's circular frequency that its inertia allows, 1/s².
     pub(crate) fastest: f32,
-    pub(crate) scratch: crate::motion::Scratch,
+    pub(crate) scratch: Scratch,
 }
 
 /// How many of each are left.
@@ -239,7 +242,7 @@ impl Tissue {
     }
 
     /// Inertia of a node, g: its mass, or more where that would ask for a step much shorter than the rest of the tissue
-    /// needs (see `motion.rs`). 0 for a node that does not move. As of the last advance.
+    /// needs (see `bound.rs`). 0 for a node that does not move. As of the last advance.
     pub fn inertia_g(&self, node: u32) -> f32 {
         let inverse = self.nodes.inverse_inertia[node as usize];
         if inverse > 0.0 { 1.0 / inverse } else { 0.0 }
@@ -361,6 +364,7 @@ impl Tissue {
         self.check_node(node, "position", position)?;
         self.motion.positions.set(node, position);
         self.motion.lost.set(node, Vec3::ZERO);
+        self.bound = None;
         Ok(())
     }
 
@@ -390,7 +394,7 @@ impl Tissue {
             "a finite number, 0 or more",
         )?;
         self.nodes.damping_rate[node as usize] = damping_g_per_s / self.mass_g(node);
-        self.bound = None;
+        self.forget_inertias();
         Ok(())
     }
 
@@ -409,7 +413,7 @@ impl Tissue {
         let index = node as usize;
         self.nodes.mass[index] = mass_g;
         self.nodes.damping_rate[index] = damping / mass_g;
-        self.bound = None;
+        self.forget_inertias();
         Ok(())
     }
 
@@ -425,7 +429,7 @@ impl Tissue {
             "a finite number, 0 or more",
         )?;
         self.springs.set_stiffness(spring, stiffness);
-        self.bound = None;
+        self.forget_inertias();
         Ok(())
     }
 
@@ -441,7 +445,14 @@ impl Tissue {
             "a finite number, 0 or more",
         )?;
         self.springs.set_rest_length(spring, rest_length);
+        self.forget_inertias();
         Ok(())
+    }
+
+    /// A mass, a damping, a spring or what lives has changed: inertias and bound are to be computed anew.
+    pub(crate) fn forget_inertias(&mut self) {
+        self.inertias_known = false;
+        self.bound = None;
     }
 
     fn check_alive(&self, what: &'static str, index: u32, alive: bool) -> Result<(), EditError> {
@@ -480,10 +491,10 @@ impl Nodes {
 }
 
 impl Pentahedra {
-    /// The springs a pentahedron stands behind, and the volume (mm³) it lends each.
-    pub fn shares(&self, pentahedron: u32) -> &[(u32, f32)] {
+    /// Where in `shares` those of a pentahedron are: the springs it stands behind, and the volume (mm³) it lends each.
+    pub fn share_range(&self, pentahedron: u32) -> Range<usize> {
         let pentahedron = pentahedron as usize;
-        &self.shares[self.share_start[pentahedron] as usize..self.share_start[pentahedron + 1] as usize]
+        self.share_start[pentahedron] as usize..self.share_start[pentahedron + 1] as usize
     }
 }
 

@@ -1,26 +1,31 @@
 //! Three-dimensional vectors as a structure of arrays, the layout of every hot loop: one component of consecutive nodes
 //! fills one vector register.
 
+use std::cell::Cell;
+
 use glam::Vec3;
 
-use crate::springs::CHUNK;
+use crate::aligned::{Aligned, CHUNK};
+
+/// The vectors of a chunk of nodes, by component.
+pub(crate) type Chunk = [[f32; CHUNK]; 3];
 
 /// One vector a node, by component. Behind the last node stand as many zeros as a chunk may reach past it.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Vectors {
-    x: Vec<f32>,
-    y: Vec<f32>,
-    z: Vec<f32>,
+    components: [Aligned; 3],
     count: usize,
 }
 
+/// Consecutive nodes of some vectors, chunk by chunk, that others may read and write too: the two ends of springs overlap.
+#[derive(Clone, Copy)]
+pub(crate) struct Shared<'a>([&'a [[Cell<f32>; CHUNK]]; 3]);
+
 impl Vectors {
     pub fn zero(count: usize) -> Vectors {
-        let zeros = vec![0.0; count + CHUNK];
+        let zeros = Aligned::filled(count + CHUNK, 0.0);
         Vectors {
-            x: zeros.clone(),
-            y: zeros.clone(),
-            z: zeros,
+            components: [zeros.clone(), zeros.clone(), zeros],
             count,
         }
     }
@@ -32,9 +37,16 @@ impl Vectors {
         }
     }
 
+    pub fn fill_zero(&mut self) {
+        for component in &mut self.components {
+            component.fill(0.0);
+        }
+    }
+
     #[inline(always)]
     pub fn get(&self, node: usize) -> [f32; 3] {
-        [self.x[node], self.y[node], self.z[node]]
+        let [x, y, z] = &self.components;
+        [x[node], y[node], z[node]]
     }
 
     #[inline(always)]
@@ -44,8 +56,9 @@ impl Vectors {
 
     #[inline(always)]
     pub fn set(&mut self, node: u32, value: Vec3) {
-        let node = node as usize;
-        [self.x[node], self.y[node], self.z[node]] = value.to_array();
+        for (component, value) in self.components.iter_mut().zip(value.to_array()) {
+            component[node as usize] = value;
+        }
     }
 
     #[inline(always)]
@@ -55,44 +68,61 @@ impl Vectors {
 
     /// The vectors of [`CHUNK`] consecutive nodes.
     #[inline(always)]
-    pub fn chunk(&self, first: usize) -> [[f32; CHUNK]; 3] {
-        [*chunk(&self.x, first), *chunk(&self.y, first), *chunk(&self.z, first)]
+    pub fn chunk(&self, first: usize) -> Chunk {
+        self.chunks(first, 1).map(|chunks| chunks[0])
     }
 
-    /// Adds the values, each times its factor, to [`CHUNK`] consecutive nodes.
+    /// The vectors of `chunks` chunks of nodes from `first` on.
     #[inline(always)]
-    pub fn add_chunk(&mut self, first: usize, factors: &[f32; CHUNK], values: &[[f32; CHUNK]; 3]) {
-        for (component, values) in [&mut self.x, &mut self.y, &mut self.z].into_iter().zip(values) {
-            let place: &mut [f32; CHUNK] = component[first..].first_chunk_mut().expect(REACH);
-            // Read, added and written as a whole: only so does the compiler keep to whole registers.
-            let mut sums = *place;
-            for n in 0..CHUNK {
-                sums[n] = factors[n].mul_add(values[n], sums[n]);
-            }
-            *place = sums;
-        }
+    pub fn chunks(&self, first: usize, chunks: usize) -> [&[[f32; CHUNK]]; 3] {
+        let [x, y, z] = &self.components;
+        [x, y, z].map(|component| component.chunks(first, chunks))
+    }
+
+    /// The same, to be written by several at once.
+    #[inline(always)]
+    pub fn shared<const N: usize>(&mut self, firsts: [usize; N], chunks: usize) -> [Shared<'_>; N] {
+        let components = self
+            .components
+            .each_mut()
+            .map(|component| Cell::from_mut(&mut **component).as_slice_of_cells());
+        firsts.map(|first| Shared(components.map(|component| &component[first..].as_chunks().0[..chunks])))
     }
 
     /// The components of all nodes.
     #[inline(always)]
     pub fn each(&self) -> [&[f32]; 3] {
-        [&self.x[..self.count], &self.y[..self.count], &self.z[..self.count]]
+        let [x, y, z] = &self.components;
+        [&x[..self.count], &y[..self.count], &z[..self.count]]
     }
 
     #[inline(always)]
     pub fn each_mut(&mut self) -> [&mut [f32]; 3] {
         let count = self.count;
-        [&mut self.x[..count], &mut self.y[..count], &mut self.z[..count]]
+        self.components.each_mut().map(|component| &mut component[..count])
     }
 }
 
-/// The [`CHUNK`] values from `first` on.
-#[inline(always)]
-pub(crate) fn chunk(values: &[f32], first: usize) -> &[f32; CHUNK] {
-    values[first..].first_chunk().expect(REACH)
+impl Shared<'_> {
+    /// Adds the values, each times its factor, to the nodes of a chunk.
+    #[inline(always)]
+    pub fn add(&self, chunk: usize, factors: &[f32; CHUNK], values: &Chunk) {
+        for (component, values) in self.0.iter().zip(values) {
+            let place = &component[chunk];
+            // Read, added and written as a whole: only so does the compiler keep to whole registers.
+            let mut sums = [0.0; CHUNK];
+            for n in 0..CHUNK {
+                sums[n] = place[n].get();
+            }
+            for n in 0..CHUNK {
+                sums[n] = factors[n].mul_add(values[n], sums[n]);
+            }
+            for n in 0..CHUNK {
+                place[n].set(sums[n]);
+            }
+        }
+    }
 }
-
-const REACH: &str = "arrays reach a chunk past their last element";
 
 impl FromIterator<[f32; 3]> for Vectors {
     fn from_iter<I: IntoIterator<Item = [f32; 3]>>(vectors: I) -> Self {

@@ -222,3 +222,20 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_piece_that_hangs_by_nothing_comes_free_and_the_organ_does_not() {
+    // A row of 20 cubes, cut through near one end: the two cubes beyond hang by nothing.
+    let tissue = Tissue::new(&block_mesh([1, 1, 20], 1.0), &Material::default()).expect("a row is a tissue");
+    let of_cubes = |cubes: std::ops::Range<u32>| -> Vec<u32> { (2 * cubes.start..2 * cubes.end).collect() };
+    assert_eq!(tissue.pieces_cut_free(&of_cubes(17..18)), of_cubes(18..20));
+    assert_eq!(tissue.pieces_cut_free(&of_cubes(0..1)), [0u32; 0]);
+    // Both ends at once; cut in the middle there are two halves, and neither is a piece of the other.
+    let two_cuts: Vec<u32> = of_cubes(2..3).into_iter().chain(of_cubes(17..18)).collect();
+    let both_ends: Vec<u32> = of_cubes(0..2).into_iter().chain(of_cubes(18..20)).collect();
+    assert_eq!(tissue.pieces_cut_free(&two_cuts), both_ends);
+    let halves = Tissue::new(&block_mesh([1, 1, 21], 1.0), &Material::default()).expect("a row is a tissue");
+    assert_eq!(halves.pieces_cut_free(&of_cubes(10..11)), [0u32; 0]);
+    // What is not there cuts nothing.
+    assert_eq!(tissue.pieces_cut_free(&[9999]), [0u32; 0]);
+}

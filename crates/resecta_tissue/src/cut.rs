@@ -109,7 +109,8 @@ fn nearest_node(solver: &resecta_solver::Tissue, point: Vec3, nodes: impl Iterat
     nodes.min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
 }
 
-/// Removes pentahedra with all that goes with them from the solver and from the world, and tells.
+/// Removes pentahedra with all that goes with them, pieces that they leave hanging by nothing included, from the solver
+/// and from the world, and tells.
 pub(crate) fn resect(
     entity: Entity,
     tissue: &mut Tissue,
@@ -126,6 +127,8 @@ pub(crate) fn resect(
     if pentahedra.is_empty() {
         return;
     }
+    let pieces = tissue.solver.pieces_cut_free(&pentahedra);
+    pentahedra.extend(pieces);
     let resection = tissue.solver.resect(&pentahedra, settings.collapse);
     tissue.cut = true;
     diagnostics.resected += resection.pentahedra.len();

@@ -35,7 +35,7 @@ pub struct TissueDiagnostics {
     pub passes: u32,
     /// Contacts handed to the solver, over all passes.
     pub contacts: usize,
-    /// Substeps of the solver, over all passes.
+    /// Substeps of the solver, over all passes; those made in vain because they turned out too long are counted too.
     pub substeps: u32,
     /// Estimated error of a step, mm, root mean square over nodes: the last estimate, see
     /// [`TissueSettings::estimate_error_every`](crate::TissueSettings::estimate_error_every).

@@ -54,7 +54,7 @@ pub enum TissueSystems {
     Prepare,
     /// Tools are read, contacts are found and told. Skipped where nothing can collide.
     Collide,
-    /// Loops cut. Skipped without a tool.
+    /// Loops cut; pieces that a cut leaves hanging by nothing come free with it. Skipped without a tool.
     Resect,
     /// The tissue moves, pushed by tools.
     Integrate,

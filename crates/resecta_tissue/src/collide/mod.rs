@@ -166,7 +166,7 @@ pub(crate) fn integrate(
                             let refused = PutAsideReason::Contacts(report.contacts_refused);
                             reports.put_aside(entity, PutAsideSubject::Step, refused);
                         }
-                        diagnostics.substeps += report.substeps;
+                        diagnostics.substeps += report.substeps + report.substeps_repeated;
                     }
                     Err(error) => reports.put_aside(entity, PutAsideSubject::Step, PutAsideReason::Step(error)),
                 }
