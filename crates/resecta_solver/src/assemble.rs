@@ -122,6 +122,7 @@ impl Tissue {
             removed_volume_mm3: 0.0,
             bound: None,
             inertias_known: false,
+            weighings: 0,
             fastest: f32::INFINITY,
             scratch: Scratch::new(count, mesh.springs.len()),
         };

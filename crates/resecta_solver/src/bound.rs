@@ -145,6 +145,7 @@ impl Tissue {
             }
         }
         self.inertias_known = true;
+        self.weighings += 1;
     }
 
     /// Sets the limit of frequencies from those of the tissue as built.

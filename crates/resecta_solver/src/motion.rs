@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use crate::bound::Plan;
 use crate::held::Held;
-use crate::kick::Kick;
+use crate::kick::{Kick, Kicks};
 use crate::marks::Marks;
 use crate::tissue::{Motion, Nodes, Tissue};
 use crate::vectors::Vectors;
@@ -76,9 +76,7 @@ pub(crate) struct Scratch {
     pub forces: Vectors,
     pub external: Vectors,
     start: Motion,
-    /// Over half a substep, and over a whole one.
-    pub half: Kick,
-    pub whole: Kick,
+    pub kicks: Kicks,
     pub held: Held,
     pub marked_nodes: Marks,
     pub marked_springs: Marks,
@@ -91,8 +89,7 @@ impl Scratch {
             forces: vectors(),
             external: vectors(),
             start: Motion::zero(count),
-            half: Kick::zero(count),
-            whole: Kick::zero(count),
+            kicks: Kicks::zero(count),
             held: Held::zero(count),
             marked_nodes: Marks::new(count),
             marked_springs: Marks::new(spring_count),
@@ -200,8 +197,7 @@ impl Tissue {
     #[inline(always)]
     pub(crate) fn begin(&mut self, plan: Plan) {
         let scratch = &mut self.scratch;
-        scratch.half.prepare(0.5 * plan.substep_s, &self.nodes);
-        scratch.whole.prepare(plan.substep_s, &self.nodes);
+        scratch.kicks.prepare(plan.substep_s, self.weighings, &self.nodes);
         let loads = [&self.nodes.load, &self.nodes.balance, self.collapse.current()].map(Vectors::each);
         for (axis, external) in scratch.external.each_mut().into_iter().enumerate() {
             let [load, balance, collapse] = loads.map(|load| &load[axis][..external.len()]);
@@ -220,7 +216,11 @@ impl Tissue {
         for (node, step) in self.collapse.steps() {
             scratch.external.add(node, step / plan.substeps as f32);
         }
-        let kick = if substep == 1 { &scratch.half } else { &scratch.whole };
+        let kick = if substep == 1 {
+            &scratch.kicks.half
+        } else {
+            &scratch.kicks.whole
+        };
         let substep_s = plan.substep_s as f32;
         for block in self.springs.layout().blocks() {
             self.springs
@@ -248,6 +248,7 @@ impl Tissue {
                 .add_bed_forces(&block.nodes, &self.motion.positions, &mut self.scratch.forces);
         }
         self.scratch
+            .kicks
             .half
             .apply(&self.scratch.forces, &mut self.motion.velocities);
     }

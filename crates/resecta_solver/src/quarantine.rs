@@ -61,8 +61,8 @@ impl Tissue {
             self.nodes.load.set(node, Vec3::ZERO);
             self.scratch.external.set(node, Vec3::ZERO);
             self.scratch.forces.set(node, Vec3::ZERO);
-            self.scratch.half.push[index] = 0.0;
-            self.scratch.whole.push[index] = 0.0;
+            self.scratch.kicks.half.push[index] = 0.0;
+            self.scratch.kicks.whole.push[index] = 0.0;
             put_aside.push(PutAside { node, position });
         }
     }

@@ -151,6 +151,8 @@ pub struct Tissue {
     pub(crate) bound: Option<f64>,
     /// Whether the inertias are those of the masses and springs there are.
     pub(crate) inertias_known: bool,
+    /// How often inertias have been worked out.
+    pub(crate) weighings: u64,
     /// The largest square of a node's circular frequency that its inertia allows, 1/s².
     pub(crate) fastest: f32,
     pub(crate) scratch: Scratch,

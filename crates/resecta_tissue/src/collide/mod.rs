@@ -123,7 +123,7 @@ pub(crate) fn integrate(
         let mut ordered: Vec<_> = tissues.iter_mut().collect();
         ordered.sort_unstable_by_key(|(_, tissue, ..)| tissue.ordinal);
         for (entity, mut tissue, settings, mut collider) in ordered {
-            let collides = settings.collision && !tools.is_empty();
+            let collides = settings.collision && tools.iter().any(ToolMotion::pushes_anything);
             let passes = if collides { collider.passes(&tools) } else { 1 };
             let pass_s = time.delta_secs() / passes as f32;
             for pass in 0..passes {

@@ -80,6 +80,11 @@ impl ToolMotion {
         kind == ToolPartKind::Sheath || !self.cutting
     }
 
+    /// Whether any part of the tool pushes.
+    pub fn pushes_anything(&self) -> bool {
+        self.to.parts.iter().any(|part| self.pushes(part.kind))
+    }
+
     /// The ways of all parts from `start` to `end`, shares of the step.
     pub fn parts(&self, start: f32, end: f32) -> impl Iterator<Item = PartSweep> + '_ {
         let (from, to) = (self.pose(start), self.pose(end));
