@@ -5,6 +5,7 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 use resecta_anatomy::wedge;
 
+use crate::bound::Weighing;
 use crate::collapse::Collapse;
 use crate::mesh::{MeshError, Share, TissueMesh};
 use crate::motion::Scratch;
@@ -121,8 +122,7 @@ impl Tissue {
             rest_volume_mm3: volume,
             removed_volume_mm3: 0.0,
             bound: None,
-            inertias_known: false,
-            weighings: 0,
+            weighing: Weighing::new(),
             fastest: f32::INFINITY,
             scratch: Scratch::new(count, mesh.springs.len()),
         };

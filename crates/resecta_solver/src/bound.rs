@@ -45,6 +45,38 @@ pub(crate) struct Plan {
     pub bound_s: f64,
 }
 
+/// Whether a quantity is that of the tissue as it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Known {
+    /// It is to be worked out.
+    No,
+    /// It is no less than the true one: worked out before something was cut.
+    FromAbove,
+    Yes,
+}
+
+/// What is known of how stiffly nodes are held, and of their inertias that follow from it.
+///
+/// A cut makes no node stiffer. So the measure taken at the end of the last advance serves the next one too, from above,
+/// and a cut costs no measure of its own.
+#[derive(Debug, Clone)]
+pub(crate) struct Weighing {
+    held: Known,
+    inertias: Known,
+    /// How often inertias have been worked out.
+    pub round: u64,
+}
+
+impl Weighing {
+    pub fn new() -> Weighing {
+        Weighing {
+            held: Known::No,
+            inertias: Known::No,
+            round: 0,
+        }
+    }
+}
+
 impl Plan {
     /// As few equal substeps as a bound allows.
     pub fn new(duration_s: f64, bound_s: f64) -> Result<Plan, StepError> {
@@ -96,35 +128,39 @@ fn longest_stable(square: f64, rate: f64) -> f64 {
 
 impl Tissue {
     /// The longest stable substep of the tissue as it lies, s; infinite for a tissue that no spring holds.
+    ///
+    /// Just after a cut it is less than that, by what was cut: it follows from the springs there were before.
     pub fn bound_s(&mut self) -> f64 {
-        if let Some(bound) = self.bound {
-            return bound;
+        match self.bound {
+            Some(bound) => bound,
+            None if self.weighing.held == Known::No => self.measure_bound_s(),
+            None => self.bound_of_stiffness(),
         }
-        self.measure_bound_s()
     }
 
-    /// Measures the bound; first gives nodes their inertias, if what these follow from has changed.
+    /// Measures the bound.
     pub(crate) fn measure_bound_s(&mut self) -> f64 {
-        let scratch = &mut self.scratch;
-        scratch
-            .held
-            .measure(&self.springs, &self.motion.positions, &self.nodes.support);
-        if !self.inertias_known {
-            self.weigh();
+        let held = &mut self.scratch.held;
+        held.measure(&self.springs, &self.motion.positions, &self.nodes.support);
+        self.weighing.held = Known::Yes;
+        if self.weighing.inertias == Known::FromAbove {
+            self.weighing.inertias = Known::No;
         }
-        let bound = self.bound_of_stiffness();
-        self.bound = Some(bound);
-        bound
+        self.bound_of_stiffness()
     }
 
     /// A bound that holds however the tissue moves, s: every spring counts in every direction.
     pub(crate) fn bound_of_any_shape_s(&mut self) -> f64 {
+        self.weighing.held = Known::No;
         self.scratch.held.measure_any_shape(&self.springs, &self.nodes.support);
         self.bound_of_stiffness()
     }
 
-    /// The bound by the stiffness of every node.
-    fn bound_of_stiffness(&self) -> f64 {
+    /// The bound by the stiffness of every node; first gives nodes their inertias, if what these follow from has changed.
+    fn bound_of_stiffness(&mut self) -> f64 {
+        if self.weighing.inertias == Known::No {
+            self.weigh();
+        }
         let (mut square, mut rate) = (0.0f32, f32::INFINITY);
         for (node, &stiffness) in self.scratch.held.stiffness.iter().enumerate() {
             let inverse = self.nodes.inverse_inertia[node];
@@ -133,7 +169,9 @@ impl Tissue {
                 rate = rate.min(self.nodes.damping_rate[node] * (self.nodes.mass[node] * inverse));
             }
         }
-        longest_stable(f64::from(square), f64::from(rate))
+        let bound = longest_stable(f64::from(square), f64::from(rate));
+        self.bound = Some(bound);
+        bound
     }
 
     /// Gives every node that moves its inertia by its stiffness: its mass, or what brings its frequency to the limit.
@@ -144,8 +182,34 @@ impl Tissue {
                 self.nodes.inverse_inertia[node] = 1.0 / self.nodes.mass[node].max(stiffness / self.fastest);
             }
         }
-        self.inertias_known = true;
-        self.weighings += 1;
+        self.weighing.inertias = self.weighing.held;
+        self.weighing.round += 1;
+    }
+
+    /// A node or a spring has been changed: what was measured no longer holds.
+    pub(crate) fn forget_all_measured(&mut self) {
+        self.weighing.held = Known::No;
+        self.forget_inertias();
+    }
+
+    /// A node has been moved: what was measured no longer holds, inertias may stay.
+    pub(crate) fn forget_bound(&mut self) {
+        self.weighing.held = Known::No;
+        self.bound = None;
+    }
+
+    /// A mass or a damping has changed.
+    pub(crate) fn forget_inertias(&mut self) {
+        self.weighing.inertias = Known::No;
+        self.bound = None;
+    }
+
+    /// A cut has taken springs and masses: nothing is held more stiffly than before.
+    pub(crate) fn forget_what_was_cut(&mut self) {
+        if self.weighing.held == Known::Yes {
+            self.weighing.held = Known::FromAbove;
+        }
+        self.forget_inertias();
     }
 
     /// Sets the limit of frequencies from those of the tissue as built.

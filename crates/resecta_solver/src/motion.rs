@@ -50,6 +50,21 @@ pub enum StepError {
     },
 }
 
+/// The attempts at an advance: each with a bound that is stricter than the last.
+#[derive(Clone, Copy, PartialEq)]
+enum Attempt {
+    /// By the bound of the tissue as it lay before.
+    AsItLay,
+    /// By the bound of the shape that the first attempt led to.
+    AsItCame,
+    /// By a bound that holds for any shape.
+    ForAnyShape,
+}
+
+impl Attempt {
+    const ALL: [Attempt; 3] = [Attempt::AsItLay, Attempt::AsItCame, Attempt::ForAnyShape];
+}
+
 /// The substeps of a plan, compiled for several widths of vector registers.
 struct Run<'a> {
     tissue: &'a mut Tissue,
@@ -111,31 +126,30 @@ impl Tissue {
         let usable = self.usable(contacts);
         self.collapse.approach(duration_s);
         self.scratch.start.copy_from(&self.motion);
-        self.run(plan, &usable);
         let mut substeps_repeated = 0;
-        // The tissue may have turned into a shape for which the step was too long.
-        for is_last in [false, true] {
-            let bound_s = self.measure_bound_s();
-            let is_sound = self.motion.is_sound();
-            if is_sound && plan.substep_s <= bound_s {
+        for attempt in Attempt::ALL {
+            self.run(plan, &usable);
+            let (bound_s, is_sound) = (self.measure_bound_s(), self.motion.is_sound());
+            if is_sound && plan.substep_s <= bound_s || attempt == Attempt::ForAnyShape {
                 break;
             }
-            let any_shape = is_last || !is_sound;
-            let stricter = if any_shape {
-                self.bound_of_any_shape_s()
-            } else {
+            // The tissue has turned into a shape for which the step was too long.
+            let stricter = if is_sound && attempt == Attempt::AsItLay {
                 bound_s
+            } else {
+                self.bound_of_any_shape_s()
             };
-            substeps_repeated += plan.substeps;
-            plan = Plan::new(duration_s, stricter).inspect_err(|_| self.motion.copy_from(&self.scratch.start))?;
             self.motion.copy_from(&self.scratch.start);
-            self.run(plan, &usable);
+            substeps_repeated += plan.substeps;
+            plan = Plan::new(duration_s, stricter)?;
         }
         let put_aside = if self.motion.is_sound() {
             Vec::new()
         } else {
             self.motion.copy_from(&self.scratch.start);
-            self.run_with_care(plan, &usable)
+            let put_aside = self.run_with_care(plan, &usable);
+            self.forget_bound();
+            put_aside
         };
         self.collapse.arrive();
         Ok(StepReport {
@@ -197,7 +211,7 @@ impl Tissue {
     #[inline(always)]
     pub(crate) fn begin(&mut self, plan: Plan) {
         let scratch = &mut self.scratch;
-        scratch.kicks.prepare(plan.substep_s, self.weighings, &self.nodes);
+        scratch.kicks.prepare(plan.substep_s, self.weighing.round, &self.nodes);
         let loads = [&self.nodes.load, &self.nodes.balance, self.collapse.current()].map(Vectors::each);
         for (axis, external) in scratch.external.each_mut().into_iter().enumerate() {
             let [load, balance, collapse] = loads.map(|load| &load[axis][..external.len()]);

@@ -124,7 +124,7 @@ impl Tissue {
         self.living.springs -= resection.springs.len();
         self.living.nodes -= resection.nodes.len();
         self.removed_volume_mm3 += resection.rest_volume_mm3;
-        self.forget_inertias();
+        self.forget_what_was_cut();
         resection
     }
 

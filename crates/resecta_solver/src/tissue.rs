@@ -19,6 +19,7 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 use resecta_anatomy::{Zone, wedge};
 
+use crate::bound::Weighing;
 use crate::collapse::Collapse;
 use crate::motion::Scratch;
 use crate::springs::Springs;
@@ -149,10 +150,7 @@ pub struct Tissue {
     pub(crate) living: Living,
     /// The longest stable step of the tissue as it lies, s, if it has been measured.
     pub(crate) bound: Option<f64>,
-    /// Whether the inertias are those of the masses and springs there are.
-    pub(crate) inertias_known: bool,
-    /// How often inertias have been worked out.
-    pub(crate) weighings: u64,
+    pub(crate) weighing: Weighing,
     /// The largest square of a node's circular frequency that its inertia allows, 1/s².
     pub(crate) fastest: f32,
     pub(crate) scratch: Scratch,
@@ -366,7 +364,7 @@ impl Tissue {
         self.check_node(node, "position", position)?;
         self.motion.positions.set(node, position);
         self.motion.lost.set(node, Vec3::ZERO);
-        self.bound = None;
+        self.forget_bound();
         Ok(())
     }
 
@@ -431,7 +429,7 @@ impl Tissue {
             "a finite number, 0 or more",
         )?;
         self.springs.set_stiffness(spring, stiffness);
-        self.forget_inertias();
+        self.forget_all_measured();
         Ok(())
     }
 
@@ -447,14 +445,8 @@ impl Tissue {
             "a finite number, 0 or more",
         )?;
         self.springs.set_rest_length(spring, rest_length);
-        self.forget_inertias();
+        self.forget_all_measured();
         Ok(())
-    }
-
-    /// A mass, a damping, a spring or what lives has changed: inertias and bound are to be computed anew.
-    pub(crate) fn forget_inertias(&mut self) {
-        self.inertias_known = false;
-        self.bound = None;
     }
 
     fn check_alive(&self, what: &'static str, index: u32, alive: bool) -> Result<(), EditError> {

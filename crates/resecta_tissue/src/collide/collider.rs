@@ -16,9 +16,6 @@ use super::{
 /// anybody's guess and the part is left alone.
 pub const DEPTH_LIMIT_MM: f32 = 3.0;
 
-/// A triangle's box is this much larger than the triangle, mm, so that one that creeps keeps its box for some time.
-const SLACK_MM: f32 = 0.2;
-
 /// The hierarchy and what it was built from. It is never rebuilt: triangles that appear are inserted, those that go are
 /// removed, and all others are refitted in place.
 #[derive(Component, Default)]
@@ -69,7 +66,7 @@ impl Collider {
         for (slot, nodes) in self.triangles.iter().enumerate() {
             if let Some(nodes) = nodes {
                 self.bvh
-                    .insert_or_update_partially(bounds(&corners(tissue, *nodes)), slot as u32, SLACK_MM);
+                    .insert_or_update_partially(bounds(&corners(tissue, *nodes)), slot as u32, 0.0);
             }
         }
         self.bvh.refit(&mut self.workspace);
