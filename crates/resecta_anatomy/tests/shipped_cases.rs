@@ -1,6 +1,6 @@
 //! The cases in `assets/cases` are what `generate` writes. With `RESECTA_WRITE_CASES` set, they are written anew.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use resecta_anatomy::Case;
 use resecta_anatomy::generate::{GlandSpec, generate};
@@ -37,7 +37,7 @@ const SHIPPED: [(&str, GlandSpec); 3] = [
 fn shipped_cases_are_what_the_generator_writes() {
     for (name, spec) in SHIPPED {
         let case = generate(&spec).unwrap();
-        let path = format!("../../assets/cases/{name}.case.ron");
+        let path = PathBuf::from(format!("../../assets/cases/{name}.case.ron"));
         if std::env::var_os("RESECTA_WRITE_CASES").is_some() {
             case.save(&path).unwrap();
         }

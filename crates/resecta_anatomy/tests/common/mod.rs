@@ -1,6 +1,6 @@
 //! The optional folder of real cases.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The folder `shared/cases` beside the checkout (or under `RESECTA_SHARED`), or `None`, said loudly. On a build server
 /// (`CI` is set) it must be there.

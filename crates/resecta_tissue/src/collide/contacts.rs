@@ -86,7 +86,12 @@ pub fn find(
     collider.near_axis(tissue, &part.to, range, faces);
     let first = found.len();
     let mut corners: Vec<(u32, Touch)> = Vec::new();
-    let mut surroundings = Surroundings::new(collider, tissue);
+    let closest: Vec<ClosestPoints> = faces
+        .iter()
+        .map(|face| segment_triangle(part.to.a, part.to.b, face.corners))
+        .collect();
+    let crossings = closest.iter().filter(|closest| passes_through(closest));
+    let mut surroundings = Surroundings::new(collider, tissue, crossings.map(|closest| closest.share).collect());
     let record = |held: Held, enforced: bool, nodes: [u32; 3], touch: &Touch| {
         let contact = touch.contact(part, nodes, pass_s);
         let (goal, now) = touch.goal_and_now();
@@ -101,8 +106,8 @@ pub fn find(
             contact,
         }
     };
-    for face in faces.iter() {
-        let Some(push) = push(&mut surroundings, part, face) else {
+    for (face, closest) in faces.iter().zip(closest) {
+        let Some(push) = push(&mut surroundings, part, face, closest) else {
             continue;
         };
         let mut covered = false;
@@ -138,6 +143,11 @@ pub fn find(
             .iter()
             .map(|(node, touch)| record(Held::Corner { node: *node }, true, [*node; 3], touch)),
     );
+}
+
+/// Whether the axis passes through the face that these points are of.
+fn passes_through(closest: &ClosestPoints) -> bool {
+    closest.distance() <= NO_DIRECTION_MM
 }
 
 /// The points of a part and of the tissue that touch, and the direction in which the tissue gives way.
@@ -236,35 +246,56 @@ fn dip(radius: f32, face: &Face) -> f32 {
     radius - (radius * radius - half).max(0.0).sqrt()
 }
 
-/// The faces nearest to points of one part's axis. Most faces near a short part are nearest to one of its ends: what was
-/// found there is kept.
+/// Which stretches of one part's axis are outside the tissue, and the faces nearest to those inside.
+///
+/// The surface is closed, so an axis is on one side of it from each face it passes through to the next: what was found for
+/// one point of such a stretch holds for all of it.
 struct Surroundings<'a> {
     collider: &'a Collider,
     tissue: &'a resecta_solver::Tissue,
+    /// Where the axis passes through faces, shares, rising.
+    crossings: Vec<f32>,
+    /// Whether a stretch is known to be outside, from before the first crossing to past the last.
+    is_outside: Vec<bool>,
+    /// The faces nearest to the ends of the axis: most faces near a short part are nearest to one of these.
     end_a: Option<Option<Nearest>>,
     end_b: Option<Option<Nearest>>,
 }
 
 impl<'a> Surroundings<'a> {
-    fn new(collider: &'a Collider, tissue: &'a resecta_solver::Tissue) -> Self {
+    fn new(collider: &'a Collider, tissue: &'a resecta_solver::Tissue, mut crossings: Vec<f32>) -> Self {
+        crossings.sort_unstable_by(f32::total_cmp);
         Self {
             collider,
             tissue,
+            is_outside: vec![false; crossings.len() + 1],
+            crossings,
             end_a: None,
             end_b: None,
         }
     }
 
-    /// The face nearest to the point of the axis at `share`.
-    fn nearest_face(&mut self, share: f32, point: Vec3) -> Option<Nearest> {
+    /// The face nearest to the point of the axis at `share`, if that point is inside the tissue; `Err` if it is too deep
+    /// for any to be near.
+    fn nearest_from_inside(&mut self, share: f32, point: Vec3) -> Result<Option<Nearest>, TooDeep> {
+        let stretch = self.crossings.partition_point(|crossing| *crossing < share);
+        if self.is_outside[stretch] {
+            return Ok(None);
+        }
         let find = || self.collider.nearest_face(self.tissue, point);
-        match share {
+        let nearest = match share {
             0.0 => *self.end_a.get_or_insert_with(find),
             1.0 => *self.end_b.get_or_insert_with(find),
             _ => find(),
-        }
+        };
+        let nearest = nearest.ok_or(TooDeep)?;
+        self.is_outside[stretch] = !nearest.inside;
+        Ok(nearest.inside.then_some(nearest))
     }
 }
+
+/// No face is within the depth limit of a point.
+struct TooDeep;
 
 /// A face that a part pushes.
 struct Push {
@@ -275,12 +306,11 @@ struct Push {
 }
 
 /// Which face the part pushes on account of a face near it, from where, and in which direction.
-fn push(surroundings: &mut Surroundings, part: &PartSweep, face: &Face) -> Option<Push> {
+fn push(surroundings: &mut Surroundings, part: &PartSweep, face: &Face, closest: ClosestPoints) -> Option<Push> {
     let outward = face.normal();
     if outward == Vec3::ZERO {
         return None;
     }
-    let closest = segment_triangle(part.to.a, part.to.b, face.corners);
     let distance = closest.distance();
     let side = outward.dot(closest.on_segment - closest.on_triangle);
     let inward = |face: &Face, closest| {
@@ -303,7 +333,7 @@ fn push(surroundings: &mut Surroundings, part: &PartSweep, face: &Face) -> Optio
             outside: true,
         })
     };
-    if distance <= NO_DIRECTION_MM {
+    if passes_through(&closest) {
         // The axis passes through the face: tissue goes inward, out of its way.
         return inward(face, closest);
     }
@@ -314,10 +344,12 @@ fn push(surroundings: &mut Surroundings, part: &PartSweep, face: &Face) -> Optio
     if distance > DEPTH_LIMIT_MM {
         return None;
     }
-    let nearest = surroundings.nearest_face(closest.share, closest.on_segment)?;
-    if !nearest.inside {
+    let Some(nearest) = surroundings
+        .nearest_from_inside(closest.share, closest.on_segment)
+        .ok()?
+    else {
         return separated();
-    }
+    };
     // Inside. If the pass began before this face, it was passed on the way: it is pushed ahead of the part.
     let before = segment_triangle(part.from.a, part.from.b, face.corners);
     if outward.dot(before.on_segment - before.on_triangle) >= 0.0 {
