@@ -64,7 +64,7 @@ pub fn steps(world: &World) -> u64 {
 }
 
 /// What `App::run` does before the first update of an app that is driven by hand.
-fn finish_plugins(app: &mut App) {
+pub(crate) fn finish_plugins(app: &mut App) {
     use bevy::app::PluginsState;
     if app.plugins_state() == PluginsState::Cleaned {
         return;

@@ -8,7 +8,7 @@ use std::{
 };
 
 use bevy::{
-    app::{PluginsState, TerminalCtrlCHandlerPlugin},
+    app::TerminalCtrlCHandlerPlugin,
     camera::{RenderTarget, visibility::NoFrustumCulling},
     diagnostic::FrameCountPlugin,
     log::{Level, LogPlugin},
@@ -25,6 +25,8 @@ use bevy::{
 };
 use resecta_scenario::Metrics;
 use thiserror::Error;
+
+use crate::headless::finish_plugins;
 
 use super::{
     EndoscopeCamera, OutsideCamera, ViewMaterial, ViewPlugin, ViewSystems, both_layers, cameras::endoscope_background,
@@ -314,18 +316,6 @@ fn stop_clock(app: &mut App) -> TimeUpdateStrategy {
     let strategy = world.remove_resource::<TimeUpdateStrategy>().unwrap_or_default();
     world.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO));
     strategy
-}
-
-/// What `App::run` does before the first update.
-fn finish_plugins(app: &mut App) {
-    if app.plugins_state() == PluginsState::Cleaned {
-        return;
-    }
-    while app.plugins_state() == PluginsState::Adding {
-        bevy::tasks::tick_global_task_pools_on_main_thread();
-    }
-    app.finish();
-    app.cleanup();
 }
 
 fn write(image: &Image, file: &Path) -> Result<(), PictureError> {
