@@ -84,9 +84,9 @@ fn zones_fill_their_contours_and_the_middle_lobe_lies_behind_and_above() {
 fn the_shipped_paper_case_is_the_reference_case() {
     let path = Path::new("../../assets/cases/paper.case.ron");
     if std::env::var_os("RESECTA_WRITE_CASES").is_some() {
-        paper_case().save(&path).unwrap();
+        paper_case().save(path).unwrap();
     }
-    assert_eq!(Case::load(&path).unwrap(), paper_case());
+    assert_eq!(Case::load(path).unwrap(), paper_case());
 }
 
 /// Builds at 8 degrees and holds the lattice against the contours it comes from; returns a line of a table.

@@ -170,7 +170,7 @@ fn largest_eigenvalues([xx, yy, zz]: Chunk, [yz, xz, xy]: Chunk) -> [f32; CHUNK]
         let scale = 1.0 / p.max(1e-6 * q.abs()).max(f32::MIN_POSITIVE);
         let [a, b, c, yz, xz, xy] = [a, b, c, yz, xz, xy].map(|value| value * scale);
         let determinant = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz);
-        let x = 0.25f32.mul_add(determinant, 0.5).max(0.0).min(1.0).sqrt();
+        let x = 0.25f32.mul_add(determinant, 0.5).clamp(0.0, 1.0).sqrt();
         let cosine = x.mul_add((0.5 - SLOPE).mul_add(x, SLOPE), 0.5);
         largest[n] = (2.0 * p).mul_add(cosine, q);
     }

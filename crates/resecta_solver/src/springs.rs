@@ -155,10 +155,7 @@ impl Springs {
             let pull = pull(&stiffness[n], &rest_length[n], &a, &b);
             let mut sums = [[0.0; CHUNK]; 3];
             for axis in 0..3 {
-                let mut pulls = [0.0; CHUNK];
-                for n in 0..CHUNK {
-                    pulls[n] = pull.tension[n] * pull.way[axis][n];
-                }
+                let pulls: [f32; CHUNK] = std::array::from_fn(|n| pull.tension[n] * pull.way[axis][n]);
                 let mut before = [carried[axis]; CHUNK];
                 before[1..].copy_from_slice(&pulls[..CHUNK - 1]);
                 carried[axis] = pulls[CHUNK - 1];

@@ -95,7 +95,10 @@ fn with_damping_and_no_load_energy_never_grows() {
         .map(|spring| f64::from(tissue.spring(spring).stiffness))
         .sum();
     let rounding = 0.5 * stiffness * uncertainty * uncertainty;
-    assert!(rounding < 1e-7 * first, "{rounding} of {first}: the floor hides nothing");
+    assert!(
+        rounding < 1e-7 * first,
+        "{rounding} of {first}: the floor hides nothing"
+    );
     let mut last = first;
     for _ in 0..120 {
         tissue.advance(1.0 / 60.0, &[]).expect("a plain advance");
