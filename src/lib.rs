@@ -34,6 +34,7 @@ pub mod game;
 pub mod headless;
 mod plugins;
 pub mod rates;
+pub mod spring_scene;
 pub mod view;
 
 pub use resecta_anatomy as anatomy;

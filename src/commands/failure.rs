@@ -9,6 +9,7 @@ use resecta::{
     instrument::{RecordingError, ScriptError},
     rates::RateError,
     scenario::ExerciseError,
+    spring_scene::SpringSceneError,
     view::{NoAdapter, PictureError},
 };
 use thiserror::Error;
@@ -54,6 +55,10 @@ pub enum Failure {
     MaskOption { input: PathBuf, option: &'static str },
     #[error("{case}: {source}")]
     Rates { case: String, source: RateError },
+    #[error(transparent)]
+    SpringScene(#[from] SpringSceneError),
+    #[error("{}: {problem}", scene.display())]
+    Solve { scene: PathBuf, problem: String },
     #[error("{}: cannot be written: {source}", file.display())]
     Write { file: PathBuf, source: io::Error },
     #[error("{}: out: {rule}", folder.display())]

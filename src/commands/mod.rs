@@ -7,6 +7,7 @@ mod import;
 mod mesh;
 mod rates;
 mod run;
+mod solve;
 mod timing;
 
 use std::path::{Path, PathBuf};
@@ -48,6 +49,7 @@ enum Command {
     Mesh(mesh::Mesh),
     Run(run::Run),
     Rates(rates::Rates),
+    Solve(solve::Solve),
 }
 
 impl Cli {
@@ -59,6 +61,7 @@ impl Cli {
             Some(Command::Mesh(mesh)) => mesh.run(),
             Some(Command::Run(run)) => run.run(),
             Some(Command::Rates(rates)) => rates.run(),
+            Some(Command::Solve(solve)) => solve.run(),
             None => self.game.run(),
         }
     }

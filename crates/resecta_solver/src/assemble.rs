@@ -75,6 +75,8 @@ impl Tissue {
             support,
             load: Vectors::zero(count),
             balance: Vectors::zero(count),
+            alive: vec![true; count],
+            fixed: vec![false; count],
             pentahedra_left,
             around_start,
             around,

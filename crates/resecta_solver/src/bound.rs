@@ -80,22 +80,32 @@ impl Weighing {
 impl Plan {
     /// As few equal substeps as a bound allows.
     pub fn new(duration_s: f64, bound_s: f64) -> Result<Plan, StepError> {
-        if !(duration_s.is_finite() && duration_s > 0.0) {
-            return Err(StepError::Duration(duration_s));
+        Plan::of_steps(duration_s, 1, bound_s)
+    }
+
+    /// Steps of that length, each divided into as few equal substeps as a bound allows.
+    pub fn of_steps(step_s: f64, steps: u32, bound_s: f64) -> Result<Plan, StepError> {
+        if !(step_s.is_finite() && step_s > 0.0) {
+            return Err(StepError::Duration(step_s));
         }
-        let needed = (duration_s / (SAFETY * bound_s)).ceil().max(1.0);
+        let divisions = (step_s / (SAFETY * bound_s)).ceil().max(1.0);
+        let needed = divisions * f64::from(steps);
         if needed > f64::from(MOST_SUBSTEPS) {
             return Err(StepError::TooManySubsteps {
-                duration_s,
+                duration_s: step_s * f64::from(steps),
                 bound_s,
                 needed,
             });
         }
         Ok(Plan {
             substeps: needed as u32,
-            substep_s: duration_s / needed,
+            substep_s: step_s / divisions,
             bound_s,
         })
+    }
+
+    pub fn duration_s(&self) -> f64 {
+        self.substep_s * f64::from(self.substeps)
     }
 }
 
@@ -177,7 +187,7 @@ impl Tissue {
     /// Gives every node that moves its inertia by its stiffness: its mass, or what brings its frequency to the limit.
     fn weigh(&mut self) {
         for (node, &stiffness) in self.scratch.held.stiffness.iter().enumerate() {
-            let moves = self.nodes.pentahedra_left[node] > 0 && !self.nodes.put_aside[node];
+            let moves = self.nodes.alive[node] && !self.nodes.put_aside[node] && !self.nodes.fixed[node];
             if moves {
                 self.nodes.inverse_inertia[node] = 1.0 / self.nodes.mass[node].max(stiffness / self.fastest);
             }

@@ -6,6 +6,7 @@
 //! | to find | look in |
 //! |---|---|
 //! | how a spring's force is computed | `springs.rs`, laid out in `runs.rs` |
+//! | a scene of nodes and springs alone | `network.rs` |
 //! | how a step is made | `motion.rs` |
 //! | how long it may be | `bound.rs`, `held.rs` |
 //! | what leaves when tissue is cut, and how the rest answers | `resect.rs`, `pieces.rs`, `collapse.rs` |
@@ -27,6 +28,7 @@ mod marks;
 mod material;
 mod mesh;
 mod motion;
+mod network;
 mod pieces;
 mod quarantine;
 pub mod reference;
@@ -47,6 +49,7 @@ pub use energy::Energy;
 pub use material::{Material, ShearResistance};
 pub use mesh::{MeshError, Share, TissueMesh};
 pub use motion::{StepError, StepReport};
+pub use network::{Network, NetworkError};
 pub use quarantine::PutAside;
 pub use resect::Resection;
 pub use resecta_anatomy::Zone;

@@ -98,7 +98,9 @@ impl Tissue {
         for &pentahedron in &removed {
             self.pentahedra.alive[pentahedron as usize] = false;
             for node in self.pentahedra.nodes[pentahedron as usize] {
-                self.nodes.pentahedra_left[node as usize] -= 1;
+                let left = &mut self.nodes.pentahedra_left[node as usize];
+                *left -= 1;
+                self.nodes.alive[node as usize] = *left > 0;
             }
         }
         for &pentahedron in &removed {

@@ -46,7 +46,8 @@ pub(crate) struct Nodes {
     pub mass: Vec<f32>,
     /// Damping over mass, 1/s.
     pub damping_rate: Vec<f32>,
-    /// 1/g, see [`Tissue::inertia_g`]; 0 for nodes that do not move: removed ones and those put aside.
+    /// 1/g, see [`Tissue::inertia_g`]; 0 for nodes that do not move: removed ones, fixed ones
+    /// and those put aside.
     pub inverse_inertia: Vec<f32>,
     /// Stiffness of the bed that holds a capsule node at its rest position, µN/mm.
     pub support: Vec<f32>,
@@ -56,6 +57,9 @@ pub(crate) struct Nodes {
     pub load: Vectors,
     /// Load that balances the pre-tension of the living springs in the rest shape, µN.
     pub balance: Vectors,
+    pub alive: Vec<bool>,
+    /// Whether the node is held where it is.
+    pub fixed: Vec<bool>,
     /// Living pentahedra around the node.
     pub pentahedra_left: Vec<u16>,
     /// Pentahedra around each node, living or not: `around[start[n]..start[n + 1]]`.
@@ -195,12 +199,9 @@ impl Tissue {
         self.living.pentahedra
     }
 
-    /// Whether the node exists and belongs to a living pentahedron.
+    /// Whether the node exists and has not been removed.
     pub fn is_node_alive(&self, node: u32) -> bool {
-        self.nodes
-            .pentahedra_left
-            .get(node as usize)
-            .is_some_and(|&left| left > 0)
+        self.nodes.alive.get(node as usize) == Some(&true)
     }
 
     /// Whether the spring exists and has not been removed.
@@ -217,6 +218,11 @@ impl Tissue {
     #[inline]
     pub fn position(&self, node: u32) -> Vec3 {
         self.motion.positions.at(node)
+    }
+
+    /// Position of a node with what single precision cannot hold of it, mm.
+    pub fn precise_position(&self, node: u32) -> DVec3 {
+        self.position64(node) - self.motion.lost.at(node).as_dvec3()
     }
 
     /// Velocity of a node, mm/s.

@@ -149,7 +149,7 @@ impl Tissue {
                 return Err(Inconsistency::OrphanNode(node));
             }
             let (mass, inverse_inertia) = (self.nodes.mass[index], self.nodes.inverse_inertia[index]);
-            let moves = alive && !self.nodes.put_aside[index];
+            let moves = alive && !self.nodes.put_aside[index] && !self.nodes.fixed[index];
             if moves != (inverse_inertia > 0.0) || !inverse_inertia.is_finite() || !mass.is_finite() {
                 return Err(Inconsistency::NodeMass {
                     node,
@@ -227,7 +227,7 @@ impl Tissue {
     }
 
     fn validate_counts(&self) -> Result<(), Inconsistency> {
-        let nodes = self.nodes.pentahedra_left.iter().filter(|&&left| left > 0).count();
+        let nodes = self.nodes.alive.iter().filter(|&&alive| alive).count();
         let springs = self.springs.alive.iter().filter(|&&alive| alive).count();
         let pentahedra = self.pentahedra.alive.iter().filter(|&&alive| alive).count();
         let counts = [

@@ -1,0 +1,247 @@
+//! A network of nodes and springs alone, without pentahedra: a scene for the motion, in which nothing can be cut.
+
+use glam::{DVec3, Vec3};
+
+use crate::bound::Weighing;
+use crate::collapse::Collapse;
+use crate::motion::Scratch;
+use crate::springs::Springs;
+use crate::surface::Surface;
+use crate::tissue::{Living, Motion, NodeKind, Nodes, Pentahedra, Tissue};
+use crate::vectors::Vectors;
+
+/// Nodes and springs with all that moves them. Every list about nodes has one entry a node, every list about springs one a
+/// spring.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Network {
+    /// Where each node is at the start, mm.
+    pub positions: Vec<DVec3>,
+    /// Velocity at the start, mm/s.
+    pub velocities: Vec<DVec3>,
+    /// Mass, g; above 0.
+    pub masses: Vec<f64>,
+    /// Damping, gamma of equation (1), g/s; 0 or more.
+    pub damping: Vec<f64>,
+    /// Constant load, µN.
+    pub loads: Vec<DVec3>,
+    /// Whether the node is held where it is.
+    pub fixed: Vec<bool>,
+    /// The two nodes of each spring.
+    pub springs: Vec<[u32; 2]>,
+    /// Stiffness, µN/mm; 0 or more.
+    pub stiffness: Vec<f64>,
+    /// Length at rest, mm; 0 or more.
+    pub rest_lengths: Vec<f64>,
+}
+
+/// Why a network is no scene.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NetworkError {
+    /// A list has not one entry for each node or spring.
+    #[error("{field} has {count} entries, expected {expected}")]
+    Count {
+        /// Name of the list.
+        field: &'static str,
+        /// Its entries.
+        count: usize,
+        /// Nodes or springs there are.
+        expected: usize,
+    },
+    /// There is no node, or more than 32-bit indices can name.
+    #[error("a network of {0} nodes, expected 1 to 500 million")]
+    Size(usize),
+    /// A value that cannot be.
+    #[error("{field} of {what} {index} is {value}, expected {expected}")]
+    Value {
+        /// Name of the list.
+        field: &'static str,
+        /// `node` or `spring`.
+        what: &'static str,
+        /// Index of the entry.
+        index: usize,
+        /// The value; of a vector its first offending component.
+        value: f64,
+        /// What was expected.
+        expected: &'static str,
+    },
+    /// A spring names a node that there is not.
+    #[error("spring {spring} joins node {node}, but there are {count} nodes")]
+    NoSuchNode {
+        /// The spring.
+        spring: usize,
+        /// The node it names.
+        node: u32,
+        /// Nodes there are.
+        count: usize,
+    },
+}
+
+/// More nodes are refused.
+const MOST: usize = 500_000_000;
+
+impl Network {
+    /// Checks that every list is complete and every value can be.
+    pub fn check(&self) -> Result<(), NetworkError> {
+        let (nodes, springs) = (self.positions.len(), self.springs.len());
+        if nodes == 0 || nodes > MOST {
+            return Err(NetworkError::Size(nodes));
+        }
+        let counts = [
+            ("velocities", self.velocities.len(), nodes),
+            ("masses", self.masses.len(), nodes),
+            ("damping", self.damping.len(), nodes),
+            ("loads", self.loads.len(), nodes),
+            ("fixed", self.fixed.len(), nodes),
+            ("stiffness", self.stiffness.len(), springs),
+            ("rest_lengths", self.rest_lengths.len(), springs),
+        ];
+        if let Some(&(field, count, expected)) = counts.iter().find(|(_, count, expected)| count != expected) {
+            return Err(NetworkError::Count { field, count, expected });
+        }
+        // What the solver keeps is single precision.
+        let finite = |value: f64| (value as f32).is_finite();
+        for (field, vectors) in [
+            ("positions", &self.positions),
+            ("velocities", &self.velocities),
+            ("loads", &self.loads),
+        ] {
+            for (index, vector) in vectors.iter().enumerate() {
+                if let Some(value) = vector.to_array().into_iter().find(|value| !finite(*value)) {
+                    return Err(NetworkError::Value {
+                        field,
+                        what: "node",
+                        index,
+                        value,
+                        expected: "a finite number",
+                    });
+                }
+            }
+        }
+        let not_negative = "a finite number, 0 or more";
+        for (field, what, values, least, expected) in [
+            (
+                "masses",
+                "node",
+                &self.masses,
+                f64::from(f32::MIN_POSITIVE),
+                "a finite number above 0",
+            ),
+            ("damping", "node", &self.damping, 0.0, not_negative),
+            ("stiffness", "spring", &self.stiffness, 0.0, not_negative),
+            ("rest_lengths", "spring", &self.rest_lengths, 0.0, not_negative),
+        ] {
+            let offending = values.iter().position(|&value| !(finite(value) && value >= least));
+            if let Some(index) = offending {
+                return Err(NetworkError::Value {
+                    field,
+                    what,
+                    index,
+                    value: values[index],
+                    expected,
+                });
+            }
+        }
+        for (spring, ends) in self.springs.iter().enumerate() {
+            if let Some(&node) = ends.iter().find(|&&node| node as usize >= nodes) {
+                return Err(NetworkError::NoSuchNode {
+                    spring,
+                    node,
+                    count: nodes,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Tissue {
+    /// A tissue of nodes and springs alone. Masses stay as they are: no node gets more inertia.
+    ///
+    /// # Errors
+    ///
+    /// The first thing that [`Network::check`] finds.
+    pub fn from_network(network: &Network) -> Result<Tissue, NetworkError> {
+        network.check()?;
+        let count = network.positions.len();
+        let single =
+            |vectors: &[DVec3]| -> Vectors { vectors.iter().map(|vector| vector.as_vec3().to_array()).collect() };
+        let positions = single(&network.positions);
+        let lost = network
+            .positions
+            .iter()
+            .map(|position| (position.as_vec3().as_dvec3() - *position).as_vec3().to_array());
+        let velocities = network.velocities.iter().zip(&network.fixed);
+        let velocities = velocities.map(|(velocity, fixed)| if *fixed { Vec3::ZERO } else { velocity.as_vec3() });
+        let masses: Vec<f32> = network.masses.iter().map(|mass| *mass as f32).collect();
+        let damping_rate = network
+            .damping
+            .iter()
+            .zip(&network.masses)
+            .map(|(damping, mass)| (damping / mass) as f32);
+        let rest_length: Vec<f32> = network.rest_lengths.iter().map(|length| *length as f32).collect();
+        let stiffness: Vec<f32> = network.stiffness.iter().map(|stiffness| *stiffness as f32).collect();
+        let springs = network.springs.len();
+        Ok(Tissue {
+            motion: Motion {
+                lost: lost.collect(),
+                velocities: velocities.map(|velocity| velocity.to_array()).collect(),
+                positions: positions.clone(),
+            },
+            nodes: Nodes {
+                rest: positions,
+                kind: vec![NodeKind::Inner; count],
+                inverse_inertia: masses
+                    .iter()
+                    .zip(&network.fixed)
+                    .map(|(mass, fixed)| if *fixed { 0.0 } else { 1.0 / mass })
+                    .collect(),
+                mass: masses,
+                damping_rate: damping_rate.collect(),
+                support: vec![0.0; count],
+                supported: Vec::new(),
+                load: single(&network.loads),
+                balance: Vectors::zero(count),
+                alive: vec![true; count],
+                fixed: network.fixed.clone(),
+                pentahedra_left: vec![0; count],
+                around_start: vec![0; count + 1],
+                around: Vec::new(),
+                put_aside: vec![false; count],
+            },
+            springs: Springs::new(
+                count,
+                network.springs.clone(),
+                &stiffness,
+                &rest_length,
+                vec![0; springs],
+                vec![0.0; springs],
+            ),
+            pentahedra: Pentahedra {
+                nodes: Vec::new(),
+                zone: Vec::new(),
+                rest_volume: Vec::new(),
+                capsule_area: Vec::new(),
+                alive: Vec::new(),
+                share_start: vec![0],
+                shares: Vec::new(),
+            },
+            surface: Surface::new(&[]).expect("no pentahedra share no face"),
+            collapse: Collapse::new(count),
+            modulus_pa: 0.0,
+            pre_tension: 0.0,
+            mean_length: rest_length.iter().sum::<f32>() / springs.max(1) as f32,
+            reach: 0.0,
+            rest_volume_mm3: 0.0,
+            removed_volume_mm3: 0.0,
+            living: Living {
+                nodes: count,
+                springs,
+                pentahedra: 0,
+            },
+            bound: None,
+            weighing: Weighing::new(),
+            fastest: f32::INFINITY,
+            scratch: Scratch::new(count, springs),
+        })
+    }
+}
