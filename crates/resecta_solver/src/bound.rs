@@ -11,8 +11,9 @@
 //! `(2 λ(D_i) + support) / m`, λ the largest eigenvalue. On the lattices here that is 1 % above the truth, where the sum
 //! `2 Σ k / m` without regard to direction is 2 to 3 times above it.
 //!
-//! Directions turn as the tissue moves. The bound is measured before an advance and again after it; one that outran its
-//! bound is made again, at last with the sum without regard to direction, which no movement can exceed.
+//! Directions turn as the tissue moves. The bound is measured before an advance and again after it, and one that outran its
+//! bound is made again. Where nodes go further in an advance than springs are long, what was measured before and after tells
+//! nothing of the shapes between: the sum without regard to direction serves, which no movement can exceed.
 //!
 //! # Inertia
 //!
@@ -164,6 +165,15 @@ impl Tissue {
         self.weighing.held = Known::No;
         self.scratch.held.measure_any_shape(&self.springs, &self.nodes.support);
         self.bound_of_stiffness()
+    }
+
+    /// Whether nodes are so fast that within a plan the shape may change from one that was measured to any other: by more
+    /// than the length of a spring.
+    pub(crate) fn may_change_shape(&self, plan: Plan) -> bool {
+        let fastest = (f64::from(self.mean_length) / plan.duration_s()) as f32;
+        // No early exit: the whole scan vectorises.
+        let any_faster = |values: &[f32]| values.iter().fold(false, |any, &value| any | (value.abs() > fastest));
+        self.motion.velocities.each().into_iter().any(any_faster)
     }
 
     /// The bound by the stiffness of every node; first gives nodes their inertias, if what these follow from has changed.

@@ -15,8 +15,8 @@ use crate::vectors::Vectors;
 use crate::widest::{Widened, with_widest};
 use crate::{Contact, MOST_SUBSTEPS, PutAside};
 
-/// Steps made in one go by [`Tissue::advance_steps`]: after them the bound is checked, which costs some three steps.
-const STRETCH: u64 = 128;
+/// Most substeps that [`Tissue::advance_steps`] makes before it checks the bound, which costs as much as some four.
+const STRETCH: u32 = 128;
 
 /// What one advance did.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -62,10 +62,6 @@ enum Attempt {
     AsItCame,
     /// By a bound that holds for any shape.
     ForAnyShape,
-}
-
-impl Attempt {
-    const ALL: [Attempt; 3] = [Attempt::AsItLay, Attempt::AsItCame, Attempt::ForAnyShape];
 }
 
 /// The substeps of a plan, compiled for several widths of vector registers.
@@ -119,7 +115,7 @@ impl Tissue {
     /// Moves the tissue on by `duration_s`, in as many equal substeps as the bound asks for.
     ///
     /// Every contact holds after every substep, those later in the list winning over earlier ones. Should the
-    /// velocity of a node stop being one that tissue can have, the advance is made again with that node put aside.
+    /// velocity of a node stop being one that a scene can have, the advance is made again with that node put aside.
     ///
     /// # Errors
     ///
@@ -132,22 +128,32 @@ impl Tissue {
     }
 
     /// Makes `steps` steps of `step_s` each. A step above the bound is divided, as often as the bound asks for; none is
-    /// lengthened. Forces at the end of one step serve the next, so that this costs less than as many advances.
+    /// lengthened. The bound is checked every 128 substeps, within a step or over several: forces at the end of one
+    /// step serve the next, so that this costs less than as many advances.
     ///
     /// # Errors
     ///
-    /// As [`Tissue::advance`], for what is left of the steps; those before are made.
+    /// As [`Tissue::advance`]; the steps before are made.
     pub fn advance_steps(&mut self, step_s: f64, steps: u64) -> Result<StepReport, StepError> {
         let mut total = StepReport::default();
         let mut left = steps;
         while left > 0 {
-            let stretch = left.min(STRETCH);
-            let report = self.make(|bound_s| Plan::of_steps(step_s, stretch as u32, bound_s), &[])?;
-            total.substeps += report.substeps;
-            total.substeps_repeated += report.substeps_repeated;
-            (total.substep_s, total.bound_s) = (report.substep_s, report.bound_s);
-            total.put_aside.extend(report.put_aside);
-            left -= stretch;
+            let divisions = Plan::new(step_s, self.bound_s())?.substeps;
+            // Several steps in one go, or one in several.
+            let (made, parts) = if divisions <= STRETCH {
+                (left.min(u64::from(STRETCH / divisions)), 1)
+            } else {
+                (1, divisions.div_ceil(STRETCH))
+            };
+            for _ in 0..parts {
+                let part_s = step_s / f64::from(parts);
+                let report = self.make(|bound_s| Plan::of_steps(part_s, made as u32, bound_s), &[])?;
+                total.substeps += report.substeps;
+                total.substeps_repeated += report.substeps_repeated;
+                (total.substep_s, total.bound_s) = (report.substep_s, report.bound_s);
+                total.put_aside.extend(report.put_aside);
+            }
+            left -= made;
         }
         Ok(total)
     }
@@ -159,26 +165,34 @@ impl Tissue {
         contacts: &[Contact],
     ) -> Result<StepReport, StepError> {
         let mut plan = plan_of(self.bound_s())?;
+        let mut attempt = Attempt::AsItLay;
+        if self.may_change_shape(plan) {
+            plan = plan_of(self.bound_of_any_shape_s())?;
+            attempt = Attempt::ForAnyShape;
+        }
         self.collapse.approach(plan.duration_s());
         self.scratch.start.copy_from(&self.motion);
         let mut substeps_repeated = 0;
-        for attempt in Attempt::ALL {
+        loop {
             self.run(plan, contacts);
-            let (bound_s, is_sound) = (self.measure_bound_s(), self.motion.is_sound());
-            if is_sound && plan.substep_s <= bound_s || attempt == Attempt::ForAnyShape {
+            let (bound_s, is_sound) = (self.measure_bound_s(), self.motion.is_sound(plan));
+            let changed_shape = !is_sound || self.may_change_shape(plan);
+            if attempt == Attempt::ForAnyShape || !changed_shape && plan.substep_s <= bound_s {
                 break;
             }
-            // The tissue has turned into a shape for which the step was too long.
-            let stricter = if is_sound && attempt == Attempt::AsItLay {
-                bound_s
-            } else {
+            // The tissue has turned into a shape for which the step was too long, or into one that nobody knows.
+            let stricter = if changed_shape || attempt == Attempt::AsItCame {
+                attempt = Attempt::ForAnyShape;
                 self.bound_of_any_shape_s()
+            } else {
+                attempt = Attempt::AsItCame;
+                bound_s
             };
             self.motion.copy_from(&self.scratch.start);
             substeps_repeated += plan.substeps;
             plan = plan_of(stricter)?;
         }
-        let put_aside = if self.motion.is_sound() {
+        let put_aside = if self.motion.is_sound(plan) {
             Vec::new()
         } else {
             self.motion.copy_from(&self.scratch.start);

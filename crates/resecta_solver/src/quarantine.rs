@@ -6,8 +6,8 @@ use crate::Contact;
 use crate::bound::Plan;
 use crate::tissue::{Motion, Tissue};
 
-/// A node whose velocity stopped being one that tissue can have (finite, below a kilometre a second). It stays at its last
-/// finite position and takes no further part.
+/// A node whose velocity stopped being one that a scene can have: not finite, or such that it goes further than 300 mm in a
+/// substep (in tissue a kilometre a second). It stays at its last finite position and takes no further part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PutAside {
     /// The node.
@@ -16,16 +16,31 @@ pub struct PutAside {
     pub position: Vec3,
 }
 
-/// Whether a component of a velocity, mm/s, is one that tissue can have: finite, and below a kilometre a second.
-fn is_sound(velocity: f32) -> bool {
-    velocity.abs() < 1e6
+/// Furthest way in a substep, mm: some organ's length.
+const FURTHEST_MM: f64 = 300.0;
+
+/// Whether a component of a velocity is finite and at most `fastest`, mm/s.
+fn is_sound(velocity: f32, fastest: f32) -> bool {
+    velocity.abs() <= fastest
+}
+
+impl Plan {
+    /// The fastest that a node may be, mm/s.
+    fn fastest(&self) -> f32 {
+        (FURTHEST_MM / self.substep_s) as f32
+    }
 }
 
 impl Motion {
-    /// Whether every velocity is one that tissue can have.
-    pub(crate) fn is_sound(&self) -> bool {
+    /// Whether every velocity is one that a scene can have.
+    pub(crate) fn is_sound(&self, plan: Plan) -> bool {
+        let fastest = plan.fastest();
         // No early exit: the whole scan vectorises.
-        let all_sound = |values: &[f32]| values.iter().fold(true, |sound, &value| sound & is_sound(value));
+        let all_sound = |values: &[f32]| {
+            values
+                .iter()
+                .fold(true, |sound, &value| sound & is_sound(value, fastest))
+        };
         self.velocities.each().into_iter().all(all_sound)
     }
 }
@@ -38,7 +53,7 @@ impl Tissue {
         for substep in 1..=plan.substeps {
             let before = self.motion.clone();
             self.substep(plan, substep, contacts);
-            self.put_aside_what_is_not_sound(&before, &mut put_aside);
+            self.put_aside_what_is_not_sound(plan, &before, &mut put_aside);
         }
         self.end();
         put_aside.sort_unstable_by_key(|put_aside| put_aside.node);
@@ -46,9 +61,11 @@ impl Tissue {
     }
 
     /// Stops every node that [`is_sound`] does not hold for where it was before.
-    fn put_aside_what_is_not_sound(&mut self, before: &Motion, put_aside: &mut Vec<PutAside>) {
+    fn put_aside_what_is_not_sound(&mut self, plan: Plan, before: &Motion, put_aside: &mut Vec<PutAside>) {
+        let fastest = plan.fastest();
         for node in 0..self.node_count() as u32 {
-            if self.motion.velocities.at(node).to_array().into_iter().all(is_sound) {
+            let velocity = self.motion.velocities.at(node).to_array();
+            if velocity.into_iter().all(|component| is_sound(component, fastest)) {
                 continue;
             }
             let (index, position) = (node as usize, before.positions.at(node));
