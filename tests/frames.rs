@@ -2,9 +2,11 @@
 
 mod common;
 
-use std::{collections::BTreeSet, fs};
+use std::{collections::BTreeSet, fs, path::Path};
 
+use bevy::math::DVec3;
 use common::{EXERCISE, names, succeed, write};
+use resecta::anatomy::Case;
 
 #[test]
 fn pictures_show_both_views_and_change_nothing() {
@@ -26,13 +28,82 @@ fn pictures_show_both_views_and_change_nothing() {
 
     let [plain, pictures] = ["plain", "pictures"].map(|out| folder.path().join(out));
     for result in names(&plain).iter().filter(|name| *name != "timing.json") {
-        let read = |out: &std::path::Path| fs::read(out.join(result)).unwrap();
+        let read = |out: &Path| fs::read(out.join(result)).unwrap();
         assert!(read(&plain) == read(&pictures), "{result} differs");
     }
     for name in ["endoscope_000", "endoscope_001", "outside_000", "outside_001"] {
         let picture = image::open(pictures.join(format!("{name}.png"))).unwrap().to_rgb8();
         let colours: BTreeSet<[u8; 3]> = picture.pixels().map(|pixel| pixel.0).collect();
         assert!(colours.len() > 50, "{name} has {} colours", colours.len());
+    }
+}
+
+#[test]
+fn a_patient_who_lies_elsewhere_looks_the_same() {
+    if let Err(missing) = resecta::view::adapter_available() {
+        assert!(std::env::var_os("CI").is_none(), "{missing}");
+        eprintln!("SKIPPED: {missing}");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut case = Case::load(Path::new("assets/cases/small.case.ron")).unwrap();
+    case.save(&folder.path().join("here.case.ron")).unwrap();
+    // Scanners count from a corner of the picture: no axis runs through the gland.
+    let by = DVec3::new(48.0, 31.0, 12.0);
+    for slice in &mut case.slices {
+        slice.z += by.z;
+        let contours = [
+            Some(&mut slice.capsule),
+            slice.urethra.as_mut(),
+            slice.transition_zone.as_mut(),
+        ];
+        contours
+            .into_iter()
+            .flatten()
+            .flatten()
+            .for_each(|point| *point += by.truncate());
+    }
+    let marks = &mut case.landmarks;
+    let single = [
+        &mut marks.bladder_neck,
+        &mut marks.verumontanum,
+        &mut marks.external_sphincter,
+    ];
+    single.into_iter().flatten().for_each(|place| *place += by);
+    marks
+        .ureteral_orifices
+        .iter_mut()
+        .flatten()
+        .for_each(|place| *place += by);
+    case.save(&folder.path().join("there.case.ron")).unwrap();
+
+    write(
+        folder.path(),
+        "script.ron",
+        "(keys: [(time_s: 0, insertion_mm: 20), (time_s: 0.2, stroke_mm: 8)])",
+    );
+    let pictures = ["here", "there"].map(|place| {
+        let exercise = EXERCISE.replace("case: \"small\"", &format!("case: \"{place}.case.ron\""));
+        assert_ne!(exercise, EXERCISE);
+        let name = format!("{place}.exercise.ron");
+        write(folder.path(), &name, exercise);
+        let arguments = ["run", &name, "--script", "script.ron", "--out", place, "--frames", "1"];
+        succeed(folder.path(), arguments);
+        ["endoscope_000", "outside_000"].map(|picture| {
+            let file = folder.path().join(place).join(format!("{picture}.png"));
+            image::open(file).unwrap().to_rgb8()
+        })
+    });
+    let [here, there] = pictures;
+    for (here, there) in here.iter().zip(&there) {
+        let apart = here
+            .as_raw()
+            .iter()
+            .zip(there.as_raw())
+            .map(|(a, b)| f64::from(a.abs_diff(*b)));
+        let mean = apart.sum::<f64>() / here.as_raw().len() as f64;
+        // The grain of tissue is drawn by place; outlines and colours are what must not change.
+        assert!(mean < 12.0, "mean difference {mean} of 255");
     }
 }
 

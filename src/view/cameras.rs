@@ -8,7 +8,7 @@ use bevy::{
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::ActiveExercise;
 
-use super::{ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems, palette};
+use super::{ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems, gland::sagittal, palette};
 
 /// Nearest distance that is drawn, mm. Tissue may nearly touch the lens.
 pub(super) const NEAR_MM: f32 = 0.05;
@@ -170,6 +170,10 @@ fn extent(active: &ActiveExercise) -> Option<(Vec3, f32)> {
     for point in middle {
         (front, back) = (front.min(point.y as f32), back.max(point.y as f32));
     }
-    let centre = Vec3::new(0.0, (front + back) / 2.0, (low + high) / 2.0 + ABOVE_MM);
+    let centre = Vec3::new(
+        sagittal(&active.case).x,
+        (front + back) / 2.0,
+        (low + high) / 2.0 + ABOVE_MM,
+    );
     Some((centre, ((high - low).max(back - front)) / 2.0))
 }

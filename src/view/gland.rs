@@ -4,6 +4,7 @@ use bevy::{
     camera::visibility::{NoFrustumCulling, RenderLayers},
     prelude::*,
 };
+use resecta_anatomy::Case;
 use resecta_scenario::ActiveExercise;
 use resecta_tissue::{Tissue, TissueTint};
 
@@ -59,15 +60,17 @@ fn dress(
 
 /// Shows the same mesh once more in the outside view, cut open.
 fn show_outside(
+    active: Option<Res<ActiveExercise>>,
     glands: Query<(Entity, &Mesh3d), (With<Tissue>, Without<ShownOutside>)>,
     mut materials: ResMut<Assets<ViewMaterial>>,
     mut commands: Commands,
 ) {
+    let Some(active) = active else { return };
     for (gland, mesh) in &glands {
         let material = ViewMaterial::from(Look {
             surface: Surface::Tissue as u32,
             beyond: palette::PERIPHERAL,
-            section: SAGITTAL,
+            section: sagittal(&active.case),
             gloss: 0.25,
             relief: 0.18,
             ..default()
@@ -83,5 +86,13 @@ fn show_outside(
     }
 }
 
-/// The plane that the outside view is cut open at: through the middle of the patient, where every case has its urethra.
-pub(super) const SAGITTAL: Vec4 = Vec4::new(0.0, 0.0, 0.0, 1.0);
+/// The plane that the outside view is cut open at: through the middle of the patient, where the urethra meets the bladder;
+/// its x, mm, and 1.
+pub(super) fn sagittal(case: &Case) -> Vec4 {
+    let middle = || {
+        let capsule = &case.slices[case.slices.len() / 2].capsule;
+        capsule.iter().map(|point| point.x).sum::<f64>() / capsule.len() as f64
+    };
+    let x = case.landmarks.bladder_neck.map_or_else(middle, |neck| neck.x);
+    Vec4::new(x as f32, 0.0, 0.0, 1.0)
+}

@@ -18,7 +18,7 @@ use resecta_tissue::Tissue;
 use super::{
     OUTSIDE_LAYER, ViewSystems,
     cameras::OutsideCamera,
-    gland::SAGITTAL,
+    gland::sagittal,
     material::{Look, Surface, ViewMaterial},
     palette,
 };
@@ -75,7 +75,7 @@ fn add_regions(
             look: Look {
                 colour,
                 beyond,
-                section: SAGITTAL,
+                section: sagittal(&active.case),
                 surface: Surface::Region as u32,
                 ..default()
             },

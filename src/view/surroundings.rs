@@ -10,7 +10,7 @@ use resecta_scenario::ActiveExercise;
 
 use super::{
     ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems,
-    gland::SAGITTAL,
+    gland::sagittal,
     material::{Look, Surface, ViewMaterial},
     palette, shapes,
 };
@@ -65,7 +65,7 @@ fn surround(
     };
     let inside = materials.add(ViewMaterial::from(wall.clone().under_lamp()));
     let outside = materials.add(ViewMaterial::from(Look {
-        section: SAGITTAL,
+        section: sagittal(&active.case),
         brightness: 0.55,
         relief: 0.15,
         gloss: 0.1,
