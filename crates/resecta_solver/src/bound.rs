@@ -162,9 +162,11 @@ impl Tissue {
 
     /// A bound that holds however the tissue moves, s: every spring counts in every direction.
     pub(crate) fn bound_of_any_shape_s(&mut self) -> f64 {
-        self.weighing.held = Known::No;
         self.scratch.held.measure_any_shape(&self.springs, &self.nodes.support);
-        self.bound_of_stiffness()
+        let bound = self.bound_of_stiffness();
+        // It is no measure of the tissue as it lies.
+        self.forget_bound();
+        bound
     }
 
     /// Whether nodes are so fast that within a plan the shape may change from one that was measured to any other: by more

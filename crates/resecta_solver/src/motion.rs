@@ -148,8 +148,8 @@ impl Tissue {
             for _ in 0..parts {
                 let part_s = step_s / f64::from(parts);
                 let report = self.make(|bound_s| Plan::of_steps(part_s, made as u32, bound_s), &[])?;
-                total.substeps += report.substeps;
-                total.substeps_repeated += report.substeps_repeated;
+                total.substeps = total.substeps.saturating_add(report.substeps);
+                total.substeps_repeated = total.substeps_repeated.saturating_add(report.substeps_repeated);
                 (total.substep_s, total.bound_s) = (report.substep_s, report.bound_s);
                 total.put_aside.extend(report.put_aside);
             }
@@ -189,6 +189,7 @@ impl Tissue {
                 bound_s
             };
             self.motion.copy_from(&self.scratch.start);
+            self.forget_bound();
             substeps_repeated += plan.substeps;
             plan = plan_of(stricter)?;
         }

@@ -290,3 +290,27 @@ fn the_estimate_of_the_error_follows_the_true_error() {
         "estimated {estimate}, found {error}"
     );
 }
+
+#[test]
+fn an_advance_that_is_refused_halfway_leaves_the_tissue_as_it_was() {
+    // Springs turn stiff only once they are stretched far: the first plan is accepted, the stricter one takes too many
+    // substeps, and nothing has happened.
+    let mut tissue = free_block([2, 2, 2]);
+    for node in 0..tissue.node_count() as u32 {
+        let velocity = (tissue.position(node) - Vec3::splat(2.0)) * 1e9;
+        tissue.set_velocity(node, velocity).expect("a finite velocity");
+    }
+    let before: Vec<Vec3> = (0..tissue.node_count() as u32)
+        .map(|node| tissue.position(node))
+        .collect();
+    let bound = tissue.bound_s();
+    let duration = 0.75 * bound * f64::from(resecta_solver::MOST_SUBSTEPS);
+    assert!(matches!(
+        tissue.advance(duration, &[]),
+        Err(StepError::TooManySubsteps { .. })
+    ));
+    for (node, before) in (0..).zip(&before) {
+        assert_eq!(tissue.position(node), *before);
+    }
+    assert_eq!(tissue.bound_s(), bound, "the bound is that of the tissue as it lies");
+}
