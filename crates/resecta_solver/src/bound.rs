@@ -11,9 +11,8 @@
 //! `(2 λ(D_i) + support) / m`, λ the largest eigenvalue. On the lattices here that is 1 % above the truth, where the sum
 //! `2 Σ k / m` without regard to direction is 2 to 3 times above it.
 //!
-//! Directions turn as the tissue moves. The bound is measured before an advance and again after it, and one that outran its
-//! bound is made again. Where nodes go further in an advance than springs are long, what was measured before and after tells
-//! nothing of the shapes between: the sum without regard to direction serves, which no movement can exceed.
+//! Directions turn as the tissue moves. The bound is measured before an advance and again after it; one that outran its
+//! bound is made again, at last with the sum without regard to direction, which no movement can exceed.
 //!
 //! # Inertia
 //!
@@ -23,8 +22,9 @@
 //! loads do not change, and inertia decides little in tissue this viscous; the error is part of what [`crate::reference`]
 //! shows.
 
+use crate::aligned::CHUNK;
 use crate::motion::StepError;
-use crate::tissue::Tissue;
+use crate::tissue::{Nodes, Tissue};
 
 /// Substeps are shortened below the bound by this factor: squares of frequencies may grow by a fifth within an advance.
 const SAFETY: f64 = 0.9;
@@ -169,28 +169,32 @@ impl Tissue {
         bound
     }
 
-    /// Whether nodes are so fast that within a plan the shape may change from one that was measured to any other: by more
-    /// than the length of a spring.
-    pub(crate) fn may_change_shape(&self, plan: Plan) -> bool {
-        let fastest = (f64::from(self.mean_length) / plan.duration_s()) as f32;
-        // No early exit: the whole scan vectorises.
-        let any_faster = |values: &[f32]| values.iter().fold(false, |any, &value| any | (value.abs() > fastest));
-        self.motion.velocities.each().into_iter().any(any_faster)
-    }
-
     /// The bound by the stiffness of every node; first gives nodes their inertias, if what these follow from has changed.
     fn bound_of_stiffness(&mut self) -> f64 {
         if self.weighing.inertias == Known::No {
             self.weigh();
         }
-        let (mut square, mut rate) = (0.0f32, f32::INFINITY);
-        for (node, &stiffness) in self.scratch.held.stiffness.iter().enumerate() {
-            let inverse = self.nodes.inverse_inertia[node];
-            if inverse > 0.0 {
-                square = square.max(stiffness * inverse);
-                rate = rate.min(self.nodes.damping_rate[node] * (self.nodes.mass[node] * inverse));
+        let Nodes {
+            mass,
+            damping_rate,
+            inverse_inertia,
+            ..
+        } = &self.nodes;
+        let stiffness = &self.scratch.held.stiffness;
+        // A lane each, for whole registers. A node that does not move has no square, and any rate.
+        let (mut squares, mut rates) = ([0.0f32; CHUNK], [f32::INFINITY; CHUNK]);
+        for first in (0..mass.len()).step_by(CHUNK) {
+            let chunk = first..(first + CHUNK).min(mass.len());
+            let (mass, stiffness) = (&mass[chunk.clone()], &stiffness[chunk.clone()]);
+            let (damping, inverse) = (&damping_rate[chunk.clone()], &inverse_inertia[chunk]);
+            for n in 0..mass.len() {
+                squares[n] = squares[n].max(stiffness[n] * inverse[n]);
+                let rate = damping[n] * (mass[n] * inverse[n]);
+                rates[n] = rates[n].min(if inverse[n] > 0.0 { rate } else { f32::INFINITY });
             }
         }
+        let square = squares.into_iter().fold(0.0, f32::max);
+        let rate = rates.into_iter().fold(f32::INFINITY, f32::min);
         let bound = longest_stable(f64::from(square), f64::from(rate));
         self.bound = Some(bound);
         bound
@@ -198,11 +202,13 @@ impl Tissue {
 
     /// Gives every node that moves its inertia by its stiffness: its mass, or what brings its frequency to the limit.
     fn weigh(&mut self) {
-        for (node, &stiffness) in self.scratch.held.stiffness.iter().enumerate() {
-            let moves = self.nodes.alive[node] && !self.nodes.put_aside[node] && !self.nodes.fixed[node];
-            if moves {
-                self.nodes.inverse_inertia[node] = 1.0 / self.nodes.mass[node].max(stiffness / self.fastest);
-            }
+        let per_fastest = 1.0 / self.fastest;
+        let nodes = self.nodes.inverse_inertia.iter_mut().zip(&self.nodes.mass);
+        for ((inverse, &mass), &stiffness) in nodes.zip(&self.scratch.held.stiffness) {
+            // None for what does not move: removed nodes, fixed ones and those put aside.
+            let moves = *inverse > 0.0;
+            let weighed = 1.0 / mass.max(stiffness * per_fastest);
+            *inverse = if moves { weighed } else { 0.0 };
         }
         self.weighing.inertias = self.weighing.held;
         self.weighing.round += 1;

@@ -166,22 +166,17 @@ impl Tissue {
     ) -> Result<StepReport, StepError> {
         let mut plan = plan_of(self.bound_s())?;
         let mut attempt = Attempt::AsItLay;
-        if self.may_change_shape(plan) {
-            plan = plan_of(self.bound_of_any_shape_s())?;
-            attempt = Attempt::ForAnyShape;
-        }
         self.collapse.approach(plan.duration_s());
         self.scratch.start.copy_from(&self.motion);
         let mut substeps_repeated = 0;
         loop {
             self.run(plan, contacts);
             let (bound_s, is_sound) = (self.measure_bound_s(), self.motion.is_sound(plan));
-            let changed_shape = !is_sound || self.may_change_shape(plan);
-            if attempt == Attempt::ForAnyShape || !changed_shape && plan.substep_s <= bound_s {
+            if attempt == Attempt::ForAnyShape || is_sound && plan.substep_s <= bound_s {
                 break;
             }
-            // The tissue has turned into a shape for which the step was too long, or into one that nobody knows.
-            let stricter = if changed_shape || attempt == Attempt::AsItCame {
+            // The tissue has turned into a shape for which the step was too long.
+            let stricter = if !is_sound || attempt == Attempt::AsItCame {
                 attempt = Attempt::ForAnyShape;
                 self.bound_of_any_shape_s()
             } else {

@@ -15,6 +15,8 @@ pub struct Resection {
     pub pentahedra: Vec<u32>,
     /// Springs removed, rising.
     pub springs: Vec<u32>,
+    /// Springs that stay with less stiffness, rising.
+    pub weakened: Vec<u32>,
     /// Nodes removed, rising.
     pub nodes: Vec<u32>,
     /// Volume at rest, mm³.
@@ -111,7 +113,7 @@ impl Tissue {
                 &mut resection.surface,
             );
         }
-        let gone = self.weaken_springs(&removed);
+        let (gone, weakened) = self.weaken_springs(&removed);
         self.lighten_nodes(&cavity);
         match law {
             Some(CollapseLaw::CompressionForce { share }) => self.compression_force(&gone, share),
@@ -120,6 +122,7 @@ impl Tissue {
         }
         resection.nodes = self.remove_bare_nodes(&cavity, &gone);
         resection.springs = gone.iter().map(|(spring, _)| *spring).collect();
+        resection.weakened = weakened;
         resection.pentahedra = removed;
 
         self.living.pentahedra -= resection.pentahedra.len();
@@ -177,8 +180,8 @@ impl Tissue {
     }
 
     /// Takes from every spring what removed pentahedra lent it. Returns the springs that went, rising, with the stiffness
-    /// (µN/mm) they had before.
-    fn weaken_springs(&mut self, removed: &[u32]) -> Vec<(u32, f32)> {
+    /// (µN/mm) they had before, and those that stay, rising.
+    fn weaken_springs(&mut self, removed: &[u32]) -> (Vec<(u32, f32)>, Vec<u32>) {
         let mut touched: Vec<(u32, f32)> = Vec::new();
         self.scratch.marked_springs.clear();
         for &pentahedron in removed {
@@ -194,9 +197,11 @@ impl Tissue {
                 }
             }
         }
-        touched.retain(|&(spring, _)| !self.springs.alive[spring as usize]);
         touched.sort_unstable_by_key(|&(spring, _)| spring);
-        touched
+        let (stay, gone): (Vec<_>, Vec<_>) = touched
+            .into_iter()
+            .partition(|&(spring, _)| self.springs.alive[spring as usize]);
+        (gone, stay.into_iter().map(|(spring, _)| spring).collect())
     }
 
     /// Takes from a spring the volume that a pentahedron with these corners lent it. The spring goes when no pentahedron

@@ -32,6 +32,9 @@ pub struct Tissue {
     /// Whether something was removed since the components were written last.
     #[reflect(ignore)]
     pub(crate) cut: bool,
+    /// Springs that lost stiffness since then.
+    #[reflect(ignore)]
+    pub(crate) weakened: Vec<u32>,
 }
 
 /// The entities of a tissue's parts by index. Entities of removed parts stay listed and are dead.
@@ -49,6 +52,7 @@ impl Tissue {
             parts: None,
             ordinal: u64::MAX,
             cut: false,
+            weakened: Vec::new(),
         }
     }
 

@@ -131,6 +131,7 @@ pub(crate) fn resect(
     pentahedra.extend(pieces);
     let resection = tissue.solver.resect(&pentahedra, settings.collapse);
     tissue.cut = true;
+    tissue.weakened.extend(&resection.weakened);
     diagnostics.resected += resection.pentahedra.len();
     if let Some(parts) = &tissue.parts {
         let entities = |indices: &[u32], parts: &[Entity]| -> Vec<Entity> {

@@ -41,21 +41,20 @@ pub(crate) fn write_back(
                 }
             }
         }
-        if solvers.values().any(|tissue| tissue.cut) {
-            for mut table in springs.contiguous_iter_mut().into_iter().flatten() {
-                for spring in table.bypass_change_detection() {
-                    let Some(tissue) = tissue_of(spring.tissue) else {
-                        continue;
-                    };
-                    if tissue.cut && (spring.index as usize) < tissue.solver.spring_count() {
-                        spring.stiffness_mn_per_m = tissue.solver.spring(spring.index).stiffness;
-                    }
-                }
-            }
-        }
         drop(solvers);
         for (_, mut tissue) in &mut tissues {
-            tissue.bypass_change_detection().cut = false;
+            let tissue = tissue.bypass_change_detection();
+            tissue.cut = false;
+            for index in std::mem::take(&mut tissue.weakened) {
+                let entity = tissue
+                    .parts
+                    .as_ref()
+                    .and_then(|parts| parts.springs.get(index as usize));
+                // One that another cut of this step took is gone.
+                if let Some(mut spring) = entity.and_then(|&entity| springs.get_mut(entity).ok()) {
+                    spring.bypass_change_detection().stiffness_mn_per_m = tissue.solver.spring(index).stiffness;
+                }
+            }
         }
     });
     diagnostics.write_back += time;
