@@ -106,3 +106,13 @@ pub fn shared() -> Option<PathBuf> {
     eprintln!("SKIPPED: no test data at {}", folder.display());
     None
 }
+
+/// Whether there is no Vulkan driver to draw with. Says so loudly, and panics under CI, which has one.
+pub fn no_driver() -> bool {
+    let Err(missing) = resecta::view::adapter_available() else {
+        return false;
+    };
+    assert!(std::env::var_os("CI").is_none(), "{missing}");
+    eprintln!("SKIPPED: {missing}");
+    true
+}

@@ -214,16 +214,16 @@ impl Tissue {
         self.weighing.round += 1;
     }
 
-    /// A node or a spring has been changed: what was measured no longer holds.
-    pub(crate) fn forget_all_measured(&mut self) {
-        self.weighing.held = Known::No;
-        self.forget_inertias();
-    }
-
     /// A node has been moved: what was measured no longer holds, inertias may stay.
     pub(crate) fn forget_bound(&mut self) {
         self.weighing.held = Known::No;
         self.bound = None;
+    }
+
+    /// A spring has been changed: nor do inertias.
+    pub(crate) fn forget_bound_and_inertias(&mut self) {
+        self.forget_bound();
+        self.forget_inertias();
     }
 
     /// A mass or a damping has changed.
@@ -258,6 +258,91 @@ impl Tissue {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Material, ShearResistance, TissueMesh};
+    use glam::DVec3;
+
+    /// Forces of the springs with the nodes at some places, µN, in double precision.
+    fn forces(tissue: &Tissue, places: &[DVec3]) -> Vec<DVec3> {
+        let mut forces = vec![DVec3::ZERO; places.len()];
+        for spring in 0..tissue.spring_count() as u32 {
+            let state = tissue.spring(spring);
+            let [a, b] = state.nodes.map(|node| node as usize);
+            let (along, length) = (places[b] - places[a]).normalize_and_length();
+            let pull = along * f64::from(state.stiffness) * (length - f64::from(state.rest_length));
+            forces[a] += pull;
+            forces[b] -= pull;
+        }
+        forces
+    }
+
+    /// The largest square of a circular frequency, 1/s²: power iteration on the differences of forces.
+    fn largest_square(tissue: &Tissue) -> f64 {
+        let places: Vec<DVec3> = (0..tissue.node_count() as u32)
+            .map(|node| tissue.position64(node))
+            .collect();
+        let wild = |n: usize| (n as f64 * 12.9898).sin();
+        let mut mode: Vec<DVec3> = (0..places.len())
+            .map(|n| DVec3::new(wild(3 * n), wild(3 * n + 1), wild(3 * n + 2)))
+            .collect();
+        let mut square = 0.0;
+        for _ in 0..300 {
+            let size = mode.iter().map(|part| part.length_squared()).sum::<f64>().sqrt();
+            mode.iter_mut().for_each(|part| *part /= size);
+            let moved = |by: f64| -> Vec<DVec3> {
+                let places = places.iter().zip(&mode).map(|(place, part)| *place + by * *part);
+                forces(tissue, &places.collect::<Vec<_>>())
+            };
+            let difference = 1e-4;
+            let (ahead, behind) = (moved(difference), moved(-difference));
+            mode = (0u32..)
+                .zip(ahead.iter().zip(&behind))
+                .map(|(node, (ahead, behind))| {
+                    (*behind - *ahead) / (2.0 * difference * f64::from(tissue.inertia_g(node)))
+                })
+                .collect();
+            square = mode.iter().map(|part| part.length_squared()).sum::<f64>().sqrt();
+        }
+        square
+    }
+
+    #[test]
+    fn no_frequency_exceeds_the_bound_and_the_bound_is_close() {
+        let index = |x: u32, y: u32, z: u32| (z * 5 + y) * 5 + x;
+        let corner = |n: u32| DVec3::new(f64::from(n % 5), f64::from(n / 5 % 5), f64::from(n / 25)) * 2.0;
+        let cells = (0..64u32).map(|n| (n % 4, n / 4 % 4, n / 16));
+        let pentahedra = cells.flat_map(|(x, y, z)| {
+            let c = |dx, dy, dz| index(x + dx, y + dy, z + dz);
+            [
+                [c(0, 0, 0), c(1, 1, 0), c(1, 0, 0), c(0, 0, 1), c(1, 1, 1), c(1, 0, 1)],
+                [c(0, 0, 0), c(0, 1, 0), c(1, 1, 0), c(0, 0, 1), c(0, 1, 1), c(1, 1, 1)],
+            ]
+        });
+        let mesh = TissueMesh::from_pentahedra((0..125).map(corner).collect(), pentahedra.collect());
+        let material = Material {
+            viscosity_pa_s: 0.0,
+            support_pa_per_mm: 0.0,
+            shear: ShearResistance::None,
+            ..Material::default()
+        };
+        // At rest, stretched, squeezed and twisted.
+        let shapes: [fn(DVec3) -> DVec3; 4] = [
+            |place| place,
+            |place| place * 1.4,
+            |place| place * DVec3::new(0.6, 1.1, 1.0),
+            |place| glam::DQuat::from_rotation_z(0.15 * place.z) * place,
+        ];
+        for (number, shape) in shapes.into_iter().enumerate() {
+            let mut tissue = Tissue::new(&mesh, &material).expect("a block is a tissue");
+            for node in 0..125 {
+                tissue
+                    .set_position(node, shape(corner(node)).as_vec3())
+                    .expect("a finite position");
+            }
+            let (bound, square) = (tissue.bound_s(), largest_square(&tissue));
+            let ratio = (2.0 / bound).powi(2) / square;
+            assert!((0.999..1.5).contains(&ratio), "shape {number}: {ratio}");
+        }
+    }
 
     #[test]
     fn a_stable_step_grows_with_damping_up_to_twice_the_rate_over_the_square() {

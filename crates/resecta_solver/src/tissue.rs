@@ -435,7 +435,7 @@ impl Tissue {
             "a finite number, 0 or more",
         )?;
         self.springs.set_stiffness(spring, stiffness);
-        self.forget_all_measured();
+        self.forget_bound_and_inertias();
         Ok(())
     }
 
@@ -451,7 +451,7 @@ impl Tissue {
             "a finite number, 0 or more",
         )?;
         self.springs.set_rest_length(spring, rest_length);
-        self.forget_all_measured();
+        self.forget_bound_and_inertias();
         Ok(())
     }
 

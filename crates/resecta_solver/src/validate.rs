@@ -86,6 +86,16 @@ pub enum Inconsistency {
         /// Rest volume at the start.
         initial_mm3: f64,
     },
+    /// A node lives without pentahedra, or is removed with some around it.
+    #[error("node {node} (alive: {alive}) has {found} pentahedra around it")]
+    NodeAlive {
+        /// The node.
+        node: u32,
+        /// Whether it is said to live.
+        alive: bool,
+        /// Living pentahedra around it.
+        found: usize,
+    },
     /// A count of living elements is wrong.
     #[error("{counted} {what} are said to live, but {found} do")]
     Living {
@@ -144,9 +154,15 @@ impl Tissue {
             if usize::from(counted) != found {
                 return Err(Inconsistency::NodeCount { node, counted, found });
             }
-            let alive = found > 0;
-            if alive && springs_around[index] == 0 {
-                return Err(Inconsistency::OrphanNode(node));
+            let alive = self.is_node_alive(node);
+            // A network has no pentahedra, and may have nodes alone.
+            if self.pentahedron_count() > 0 {
+                if alive != (found > 0) {
+                    return Err(Inconsistency::NodeAlive { node, alive, found });
+                }
+                if alive && springs_around[index] == 0 {
+                    return Err(Inconsistency::OrphanNode(node));
+                }
             }
             let (mass, inverse_inertia) = (self.nodes.mass[index], self.nodes.inverse_inertia[index]);
             let moves = alive && !self.nodes.put_aside[index] && !self.nodes.fixed[index];

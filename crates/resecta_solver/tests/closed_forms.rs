@@ -189,6 +189,7 @@ fn fixed_nodes_stay_whatever_pulls_at_them() {
         assert_eq!(tissue.precise_position(node), network.positions[node as usize]);
     }
     assert!(tissue.precise_position(1).y > 0.1);
+    assert_eq!(tissue.validate(), Ok(()));
 }
 
 #[test]
