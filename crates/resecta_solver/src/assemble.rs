@@ -9,10 +9,11 @@ use crate::bound::Weighing;
 use crate::collapse::Collapse;
 use crate::mesh::{MeshError, Share, TissueMesh};
 use crate::motion::Scratch;
+use crate::sites::Lanes;
 use crate::springs::Springs;
 use crate::surface::Surface;
 use crate::tissue::{Living, Motion, NodeKind, Nodes, Pentahedra, Tissue};
-use crate::vectors::Vectors;
+use crate::vectors::{Scalars, Vectors};
 use crate::{Material, ShearResistance};
 
 /// Elements of a kind that 32-bit indices can name, five faces a pentahedron included.
@@ -60,21 +61,20 @@ impl Tissue {
             .for_each(|&node| kind[node as usize] = NodeKind::Capsule);
 
         let surface = Surface::new(&mesh.pentahedra)?;
-        let rest: Vectors = mesh
-            .positions
-            .iter()
-            .map(|position| position.as_vec3().to_array())
-            .collect();
+        let springs = springs(mesh, material)?;
+        let sites = springs.layout().sites();
+        let rest = Vectors::of(sites, mesh.positions.iter().map(|position| position.as_vec3()));
         let (support, capsule_area) = support(mesh, material, &kind, &mass, &surface);
+        let support = Scalars::of(sites, support);
         let nodes = Nodes {
-            inverse_inertia: mass.iter().map(|mass| 1.0 / mass).collect(),
-            damping_rate: vec![material.damping_rate(volume) as f32; count],
+            inverse_inertia: Scalars::of(sites, mass.iter().map(|mass| 1.0 / mass)),
+            damping_rate: Scalars::of(sites, vec![material.damping_rate(volume) as f32; count]),
             kind,
-            mass,
+            mass: Scalars::of(sites, mass),
             supported: ranges(&support),
             support,
-            load: Vectors::zero(count),
-            balance: Vectors::zero(count),
+            load: Vectors::zero(sites),
+            balance: Vectors::zero(sites),
             alive: vec![true; count],
             fixed: vec![false; count],
             pentahedra_left,
@@ -90,14 +90,13 @@ impl Tissue {
                 (share.pentahedron, (share.spring, lent as f32))
             }),
         );
-        let springs = springs(mesh, material)?;
         let lengths = (0..mesh.springs.len() as u32).map(|spring| springs.rest_length(spring));
         let mean_length = lengths.sum::<f32>() / mesh.springs.len() as f32;
         let mut tissue = Tissue {
             motion: Motion {
                 positions: rest,
-                lost: Vectors::zero(count),
-                velocities: Vectors::zero(count),
+                lost: Vectors::zero(sites),
+                velocities: Vectors::zero(sites),
             },
             living: Living {
                 nodes: count,
@@ -116,7 +115,7 @@ impl Tissue {
                 shares,
             },
             surface,
-            collapse: Collapse::new(count),
+            collapse: Collapse::new(sites),
             modulus_pa: material.modulus_pa,
             pre_tension: 0.0,
             mean_length,
@@ -126,7 +125,7 @@ impl Tissue {
             bound: None,
             weighing: Weighing::new(),
             fastest: f32::INFINITY,
-            scratch: Scratch::new(count, mesh.springs.len()),
+            scratch: Scratch::new(sites, mesh.springs.len()),
         };
         tissue.reach = (0..tissue.pentahedron_count() as u32)
             .map(|pentahedron| {
@@ -184,10 +183,11 @@ fn group<T: Copy + Default>(keys: usize, values: impl Iterator<Item = (u32, T)> 
     (start, grouped)
 }
 
-/// The ranges in which every value is above 0.
-fn ranges(values: &[f32]) -> Vec<Range<usize>> {
+/// The ranges of sites with a value above 0.
+fn ranges(values: &Scalars) -> Vec<Range<usize>> {
     let mut ranges: Vec<Range<usize>> = Vec::new();
-    for (index, _) in values.iter().enumerate().filter(|(_, value)| **value > 0.0) {
+    let some = |lanes: &Lanes| lanes.0.iter().any(|value| *value > 0.0);
+    for (index, _) in values.values.iter().enumerate().filter(|(_, lanes)| some(lanes)) {
         match ranges.last_mut() {
             Some(range) if range.end == index => range.end += 1,
             _ => ranges.push(index..index + 1),

@@ -22,8 +22,8 @@
 //! loads do not change, and inertia decides little in tissue this viscous; the error is part of what [`crate::reference`]
 //! shows.
 
-use crate::aligned::CHUNK;
 use crate::motion::StepError;
+use crate::sites::LANES;
 use crate::tissue::{Nodes, Tissue};
 
 /// Substeps are shortened below the bound by this factor: squares of frequencies may grow by a fifth within an advance.
@@ -180,15 +180,13 @@ impl Tissue {
             inverse_inertia,
             ..
         } = &self.nodes;
-        let stiffness = &self.scratch.held.stiffness;
         // A lane each, for whole registers. A node that does not move has no square, and any rate.
-        let (mut squares, mut rates) = ([0.0f32; CHUNK], [f32::INFINITY; CHUNK]);
-        for first in (0..mass.len()).step_by(CHUNK) {
-            let chunk = first..(first + CHUNK).min(mass.len());
-            let (mass, stiffness) = (&mass[chunk.clone()], &stiffness[chunk.clone()]);
-            let (damping, inverse) = (&damping_rate[chunk.clone()], &inverse_inertia[chunk]);
-            for n in 0..mass.len() {
-                squares[n] = squares[n].max(stiffness[n] * inverse[n]);
+        let (mut squares, mut rates) = ([0.0f32; LANES], [f32::INFINITY; LANES]);
+        for (site, stiffness) in self.scratch.held.stiffness.values.iter().enumerate() {
+            let (mass, damping) = (&mass.values[site].0, &damping_rate.values[site].0);
+            let inverse = &inverse_inertia.values[site].0;
+            for n in 0..LANES {
+                squares[n] = squares[n].max(stiffness.0[n] * inverse[n]);
                 let rate = damping[n] * (mass[n] * inverse[n]);
                 rates[n] = rates[n].min(if inverse[n] > 0.0 { rate } else { f32::INFINITY });
             }
@@ -203,12 +201,19 @@ impl Tissue {
     /// Gives every node that moves its inertia by its stiffness: its mass, or what brings its frequency to the limit.
     fn weigh(&mut self) {
         let per_fastest = 1.0 / self.fastest;
-        let nodes = self.nodes.inverse_inertia.iter_mut().zip(&self.nodes.mass);
-        for ((inverse, &mass), &stiffness) in nodes.zip(&self.scratch.held.stiffness) {
-            // None for what does not move: removed nodes, fixed ones and those put aside.
-            let moves = *inverse > 0.0;
-            let weighed = 1.0 / mass.max(stiffness * per_fastest);
-            *inverse = if moves { weighed } else { 0.0 };
+        let nodes = self
+            .nodes
+            .inverse_inertia
+            .values
+            .iter_mut()
+            .zip(&self.nodes.mass.values);
+        for ((inverse, mass), stiffness) in nodes.zip(&self.scratch.held.stiffness.values) {
+            for n in 0..LANES {
+                // None for what does not move: removed nodes, fixed ones and those put aside.
+                let moves = inverse.0[n] > 0.0;
+                let weighed = 1.0 / mass.0[n].max(stiffness.0[n] * per_fastest);
+                inverse.0[n] = if moves { weighed } else { 0.0 };
+            }
         }
         self.weighing.inertias = self.weighing.held;
         self.weighing.round += 1;
@@ -247,7 +252,7 @@ impl Tissue {
         let mut squares: Vec<f32> = held
             .stiffness
             .iter()
-            .zip(&self.nodes.mass)
+            .zip(self.nodes.mass.iter())
             .map(|(stiffness, mass)| stiffness / mass)
             .collect();
         squares.sort_unstable_by(f32::total_cmp);

@@ -6,6 +6,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use crate::sites::Sites;
 use crate::vectors::Vectors;
 
 /// The law by which tissue collapses into a cut. A scene chooses one or, by `None` of an `Option`, neither.
@@ -47,12 +48,12 @@ pub(crate) struct Collapse {
 }
 
 impl Collapse {
-    pub fn new(nodes: usize) -> Collapse {
+    pub fn new(sites: Sites) -> Collapse {
         Collapse {
-            target: Vectors::zero(nodes),
-            current: Vectors::zero(nodes),
+            target: Vectors::zero(sites),
+            current: Vectors::zero(sites),
             approaching: Vec::new(),
-            is_approaching: vec![false; nodes],
+            is_approaching: vec![false; sites.nodes()],
         }
     }
 
@@ -118,7 +119,7 @@ mod tests {
     #[test]
     fn a_force_comes_on_exponentially_however_the_time_is_divided() {
         let after = |steps: u32| {
-            let mut collapse = Collapse::new(1);
+            let mut collapse = Collapse::new(Sites::fewest(1));
             collapse.add(0, Vec3::X * 100.0);
             for _ in 0..steps {
                 collapse.approach(TIME_CONSTANT_S / f64::from(steps));
@@ -134,7 +135,7 @@ mod tests {
 
     #[test]
     fn a_force_arrives_and_then_costs_nothing() {
-        let mut collapse = Collapse::new(1);
+        let mut collapse = Collapse::new(Sites::fewest(1));
         collapse.add(0, Vec3::Y);
         for _ in 0..20 {
             collapse.approach(TIME_CONSTANT_S);

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::tissue::Motion;
-use crate::vectors::Vectors;
+use crate::vectors::{Scalars, Vectors};
 
 /// Keeps one point of the tissue, given by three nodes and weights, on one side of a plane during one advance.
 ///
@@ -35,11 +35,11 @@ impl Contact {
 impl Motion {
     /// Brings a contact's point to its side of the plane at `time` (0 to 1 over an advance of that duration), the nodes
     /// sharing the way by weight and inverse inertia, and takes the velocity that goes against the plane's own.
-    pub(crate) fn hold(&mut self, contact: &Contact, time: f32, duration_s: f32, inverse_inertia: &[f32]) {
+    pub(crate) fn hold(&mut self, contact: &Contact, time: f32, duration_s: f32, inverse_inertia: &Scalars) {
         let Contact {
             nodes, weights, normal, ..
         } = *contact;
-        let share = [0, 1, 2].map(|corner| weights[corner] * inverse_inertia[nodes[corner] as usize]);
+        let share = [0, 1, 2].map(|corner| weights[corner] * inverse_inertia.at(nodes[corner]));
         let compliance: f32 = share.iter().zip(&weights).map(|(share, weight)| share * weight).sum();
         if compliance <= 0.0 {
             return;

@@ -36,7 +36,7 @@ impl Tissue {
         for node in (0..self.node_count() as u32).filter(|&node| self.is_node_alive(node)) {
             let moved = self.position64(node) - self.rest_position(node).as_dvec3();
             energy.kinetic += 0.5 * f64::from(self.inertia_g(node)) * self.velocity(node).as_dvec3().length_squared();
-            energy.support += 0.5 * f64::from(self.nodes.support[node as usize]) * moved.length_squared();
+            energy.support += 0.5 * f64::from(self.nodes.support.at(node)) * moved.length_squared();
             energy.balance -= self.nodes.balance.at(node).as_dvec3().dot(moved);
         }
         energy

@@ -1,11 +1,13 @@
 //! How stiffly each node is held by the springs around it: what the bound of a substep follows from.
 
+use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::Vec3;
 
-use crate::aligned::CHUNK;
-use crate::springs::{SHORTEST, Springs};
-use crate::vectors::{Chunk, Vectors};
-use crate::widest::{Widened, with_widest};
+use crate::runs::{Run, with_turn};
+use crate::sites::{LANES, Lanes, Sites};
+use crate::springs::{Bundle, SHORTEST, Springs, gather};
+use crate::vectors::{Registers, Scalars, SiteVectors, Vectors, load};
+use crate::widest::{Widened, fused, with_widest};
 
 /// A symmetric tensor a node, µN/mm.
 #[derive(Debug, Clone)]
@@ -15,26 +17,20 @@ pub(crate) struct Held {
     /// yz, xz, xy.
     across: Vectors,
     /// Upper bound of the square of a node's frequency times its inertia (see `bound.rs`), µN/mm.
-    pub stiffness: Vec<f32>,
-}
-
-/// The tensors of a chunk of springs, per stiffness.
-struct Tensors {
-    diagonal: Chunk,
-    across: Chunk,
+    pub stiffness: Scalars,
 }
 
 impl Held {
-    pub fn zero(count: usize) -> Held {
+    pub fn zero(sites: Sites) -> Held {
         Held {
-            diagonal: Vectors::zero(count),
-            across: Vectors::zero(count),
-            stiffness: vec![0.0; count],
+            diagonal: Vectors::zero(sites),
+            across: Vectors::zero(sites),
+            stiffness: Scalars::zero(sites),
         }
     }
 
     /// Works out the stiffness of every node with the nodes at some positions; `support` holds each besides, µN/mm.
-    pub fn measure(&mut self, springs: &Springs, positions: &Vectors, support: &[f32]) {
+    pub fn measure(&mut self, springs: &Springs, positions: &Vectors, support: &Scalars) {
         with_widest(Measure {
             springs,
             positions,
@@ -44,59 +40,80 @@ impl Held {
     }
 
     /// The same with every spring counted in every direction: no shape makes a node stiffer.
-    pub fn measure_any_shape(&mut self, springs: &Springs, support: &[f32]) {
-        self.stiffness.fill(0.0);
+    pub fn measure_any_shape(&mut self, springs: &Springs, support: &Scalars) {
+        self.stiffness.values.copy_from_slice(&support.values);
         for (spring, ends) in (0u32..).zip(&springs.nodes) {
             for &end in ends {
-                self.stiffness[end as usize] += 2.0 * springs.stiffness(spring);
+                let sum = self.stiffness.at(end) + 2.0 * springs.stiffness(spring);
+                self.stiffness.set(end, sum);
             }
-        }
-        for (stiffness, support) in self.stiffness.iter_mut().zip(support) {
-            *stiffness += support;
         }
     }
 
     /// Adds to both ends of every spring the tensor by which it holds them: `k (s I + (1 - s) n nᵀ)` with stiffness k,
     /// direction n and the share s of its length by which it is stretched, 0 for one that is compressed.
     #[inline(always)]
-    fn add_tensors(&mut self, springs: &Springs, positions: &Vectors) {
+    fn add_tensors<S: Simd>(&mut self, simd: S, springs: &Springs, positions: &Vectors) {
         for block in springs.layout().blocks() {
             for run in springs.layout().runs(block) {
-                let [ax, ay, az] = positions.chunks(run.a, run.chunks);
-                let [bx, by, bz] = positions.chunks(run.b, run.chunks);
-                let [stiffness, rest_length] = springs.chunks(run.first_slot, run.chunks);
-                let ends = [run.a, run.b];
-                let diagonal = self.diagonal.shared(ends, run.chunks);
-                let across = self.across.shared(ends, run.chunks);
-                for n in 0..run.chunks {
-                    let [a, b] = [[ax[n], ay[n], az[n]], [bx[n], by[n], bz[n]]];
-                    let tensors = tensors(&rest_length[n], &a, &b);
-                    for end in 0..2 {
-                        diagonal[end].add(n, &stiffness[n], &tensors.diagonal);
-                        across[end].add(n, &stiffness[n], &tensors.across);
-                    }
-                }
+                with_turn!(run.turn, self.add_run_tensors(simd, run, springs, positions));
             }
             for loose in springs.layout().loose(block) {
-                let [a, b] = loose.gather(positions);
-                let [stiffness, rest_length] = springs.chunks(loose.first_slot, 1);
-                let tensors = tensors(&rest_length[0], &a, &b);
-                for (n, ends) in loose.ends.iter().enumerate() {
-                    let of = |values: &Chunk| Vec3::from_array(values.map(|values| values[n])) * stiffness[0][n];
+                let [a, b] = gather(loose, positions);
+                let (a, b) = (Registers::load(simd, &a), Registers::load(simd, &b));
+                let tensors = tensors(simd, springs.loose_bundle(loose), a, b);
+                let (diagonal, across) = (tensors.diagonal.stored(), tensors.across.stored());
+                for (lane, ends) in loose.ends.iter().enumerate() {
+                    let of = |tensors: &SiteVectors| Vec3::from_array(tensors.map(|component| component.0[lane]));
                     for &end in ends {
-                        self.diagonal.add(end, of(&tensors.diagonal));
-                        self.across.add(end, of(&tensors.across));
+                        self.diagonal.add(end, of(&diagonal));
+                        self.across.add(end, of(&across));
                     }
                 }
             }
         }
     }
+
+    #[inline(always)]
+    fn add_run_tensors<const TURN: usize, const BACK: usize, S: Simd>(
+        &mut self,
+        simd: S,
+        run: &Run,
+        springs: &Springs,
+        positions: &Vectors,
+    ) {
+        let bundles = springs.bundles(run);
+        let ends = [run.low, run.low + run.span];
+        let [lows, highs] = ends.map(|first| &positions.values[first..][..bundles.len()]);
+        let [low_diagonal, high_diagonal] = self.diagonal.shared(ends, bundles.len());
+        let [low_across, high_across] = self.across.shared(ends, bundles.len());
+        for n in 0..bundles.len() {
+            let (low, high) = (Registers::load(simd, &lows[n]), Registers::load(simd, &highs[n]));
+            let Tensors { diagonal, across } = tensors(simd, &bundles[n], low, high.turned::<TURN>());
+            let sum = Registers::load(simd, &low_diagonal[n].get());
+            low_diagonal[n].set((sum + diagonal).stored());
+            let sum = Registers::load(simd, &low_across[n].get());
+            low_across[n].set((sum + across).stored());
+            let sum = Registers::load(simd, &high_diagonal[n].get());
+            high_diagonal[n].set((sum + diagonal.turned::<BACK>()).stored());
+            let sum = Registers::load(simd, &high_across[n].get());
+            high_across[n].set((sum + across.turned::<BACK>()).stored());
+        }
+    }
+}
+
+/// The tensors of a bundle.
+struct Tensors<S: Simd> {
+    /// xx, yy, zz.
+    diagonal: Registers<S>,
+    /// yz, xz, xy.
+    across: Registers<S>,
 }
 
 struct Measure<'a> {
     springs: &'a Springs,
     positions: &'a Vectors,
-    support: &'a [f32],
+    support: &'a Scalars,
     held: &'a mut Held,
 }
 
@@ -104,52 +121,52 @@ impl Widened for Measure<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn run<S: Simd>(self, simd: S) {
         let Measure {
             springs,
             positions,
             support,
             held,
         } = self;
-        held.diagonal.fill_zero();
-        held.across.fill_zero();
-        held.add_tensors(springs, positions);
-        let stiffness = held.stiffness.chunks_mut(CHUNK);
-        for ((first, stiffness), support) in (0..).step_by(CHUNK).zip(stiffness).zip(support.chunks(CHUNK)) {
-            let largest = largest_eigenvalues(held.diagonal.chunk(first), held.across.chunk(first));
-            for (n, (stiffness, support)) in stiffness.iter_mut().zip(support).enumerate() {
-                *stiffness = 2.0f32.mul_add(largest[n], *support);
+        held.diagonal.values.fill(SiteVectors::default());
+        held.across.values.fill(SiteVectors::default());
+        held.add_tensors(simd, springs, positions);
+        let tensors = held.diagonal.values.iter().zip(&held.across.values);
+        let stiffness = held.stiffness.values.iter_mut().zip(&support.values);
+        for ((diagonal, across), (stiffness, support)) in tensors.zip(stiffness) {
+            let largest = largest_eigenvalues(diagonal, across);
+            for n in 0..LANES {
+                stiffness.0[n] = 2.0f32.mul_add(largest.0[n], support.0[n]);
             }
         }
     }
 }
 
-/// The tensors of a chunk of springs between nodes at `a` and at `b`.
+/// The tensors of a bundle between nodes at `low` and at `high`.
 #[inline(always)]
-fn tensors(rest_length: &[f32; CHUNK], a: &Chunk, b: &Chunk) -> Tensors {
-    let mut tensors = Tensors {
-        diagonal: [[0.0; CHUNK]; 3],
-        across: [[0.0; CHUNK]; 3],
-    };
-    let Tensors { diagonal, across } = &mut tensors;
-    for n in 0..CHUNK {
-        let [dx, dy, dz] = [b[0][n] - a[0][n], b[1][n] - a[1][n], b[2][n] - a[2][n]];
-        let square = dx.mul_add(dx, dy.mul_add(dy, dz * dz));
-        let distance = square.sqrt();
-        // A spring without length may turn any way: it counts in all.
-        let stretched = if distance > SHORTEST {
-            (1.0 - rest_length[n] / distance).max(0.0)
-        } else {
-            1.0
-        };
-        let along = (1.0 - stretched) / square.max(SHORTEST * SHORTEST);
-        let [x, y, z] = [along * dx, along * dy, along * dz];
-        diagonal[0][n] = x.mul_add(dx, stretched);
-        diagonal[1][n] = y.mul_add(dy, stretched);
-        diagonal[2][n] = z.mul_add(dz, stretched);
-        [across[0][n], across[1][n], across[2][n]] = [y * dz, x * dz, x * dy];
+fn tensors<S: Simd>(simd: S, bundle: &Bundle, low: Registers<S>, high: Registers<S>) -> Tensors<S> {
+    let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
+    let way = high - low;
+    let square = way.length_squared();
+    let length = square.sqrt();
+    // A spring without length may turn any way: it counts in all.
+    let stretched = (one - load(simd, &bundle.rest_length) / length).max(zero);
+    let stretched = length.simd_gt(f32x8::splat(simd, SHORTEST)).select(stretched, one);
+    let stiffness = load(simd, &bundle.stiffness);
+    let along = way.times(stiffness * (one - stretched) / square.max(f32x8::splat(simd, SHORTEST * SHORTEST)));
+    let everywhere = stiffness * stretched;
+    Tensors {
+        diagonal: Registers {
+            x: fused(along.x, way.x, everywhere),
+            y: fused(along.y, way.y, everywhere),
+            z: fused(along.z, way.z, everywhere),
+        },
+        across: Registers {
+            x: along.y * way.z,
+            y: along.x * way.z,
+            z: along.x * way.y,
+        },
     }
-    tensors
 }
 
 /// Upper bounds of the largest eigenvalues of symmetric tensors (xx, yy, zz and yz, xz, xy), at most 0.4 % above them.
@@ -158,12 +175,14 @@ fn tensors(rest_length: &[f32; CHUNK], a: &Chunk, b: &Chunk) -> Tensors {
 /// `r = det(D - q I) / 2 p³` (Smith, Commun. ACM 4:168, 1961). With `x = sqrt((1 + r) / 2)` the cosine is
 /// `cos(π/3 - 2/3 asin x)`: 1/2 with slope 1/√3 at x = 0, 1 at x = 1, and nowhere above the parabola through these.
 #[inline(always)]
-fn largest_eigenvalues([xx, yy, zz]: Chunk, [yz, xz, xy]: Chunk) -> [f32; CHUNK] {
+fn largest_eigenvalues(diagonal: &SiteVectors, across: &SiteVectors) -> Lanes {
     const SLOPE: f32 = 0.577_350_3;
-    let mut largest = [0.0; CHUNK];
-    for n in 0..CHUNK {
-        let q = (xx[n] + yy[n] + zz[n]) * (1.0 / 3.0);
-        let [a, b, c, yz, xz, xy] = [xx[n] - q, yy[n] - q, zz[n] - q, yz[n], xz[n], xy[n]];
+    let mut largest = Lanes::default();
+    for n in 0..LANES {
+        let [xx, yy, zz] = [0, 1, 2].map(|axis| diagonal[axis].0[n]);
+        let [yz, xz, xy] = [0, 1, 2].map(|axis| across[axis].0[n]);
+        let q = (xx + yy + zz) * (1.0 / 3.0);
+        let [a, b, c] = [xx - q, yy - q, zz - q];
         let squares = a * a + b * b + c * c + 2.0 * (yz * yz + xz * xz + xy * xy);
         let p = (squares * (1.0 / 6.0)).sqrt();
         // The deviator relative to p; nothing in place of it where there is none.
@@ -172,7 +191,7 @@ fn largest_eigenvalues([xx, yy, zz]: Chunk, [yz, xz, xy]: Chunk) -> [f32; CHUNK]
         let determinant = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz);
         let x = 0.25f32.mul_add(determinant, 0.5).clamp(0.0, 1.0).sqrt();
         let cosine = x.mul_add((0.5 - SLOPE).mul_add(x, SLOPE), 0.5);
-        largest[n] = (2.0 * p).mul_add(cosine, q);
+        largest.0[n] = (2.0 * p).mul_add(cosine, q);
     }
     largest
 }
@@ -191,12 +210,12 @@ mod tests {
             let turn = Mat3::from_quat(turn * Quat::from_rotation_y(n as f32));
             let tensor = turn * Mat3::from_diagonal(values) * turn.transpose();
             let [x, y, z] = [tensor.x_axis, tensor.y_axis, tensor.z_axis];
-            let everywhere = |values: [f32; 3]| values.map(|value| [value; CHUNK]);
-            let bound = largest_eigenvalues(everywhere([x.x, y.y, z.z]), everywhere([y.z, x.z, x.y]));
-            let ratio = bound[n as usize % CHUNK] / values.x;
+            let everywhere = |values: [f32; 3]| values.map(|value| Lanes([value; LANES]));
+            let bound = largest_eigenvalues(&everywhere([x.x, y.y, z.z]), &everywhere([y.z, x.z, x.y]));
+            let ratio = bound.0[n as usize % LANES] / values.x;
             assert!((1.0 - 1e-5..1.004).contains(&ratio), "{values}: {ratio}");
         }
-        let nothing = [[0.0; CHUNK]; 3];
-        assert_eq!(largest_eigenvalues(nothing, nothing), [0.0; CHUNK]);
+        let nothing = SiteVectors::default();
+        assert_eq!(largest_eigenvalues(&nothing, &nothing), Lanes::default());
     }
 }

@@ -3,56 +3,66 @@
 //! Over a time t the velocity obeys `v' = -r v + a` with constant acceleration a and rate `r = gamma / m`, so
 //! `v <- e^(-r t) v + t phi(r t) a` with `phi(x) = (1 - e^(-x)) / x`.
 
-use crate::aligned::{Aligned, CHUNK};
-use crate::tissue::Nodes;
-use crate::vectors::Vectors;
+use fearless_simd::Simd;
 
-/// What a kick over some time does to the velocity of every node.
-#[derive(Debug, Clone)]
+use crate::sites::{LANES, Lanes, Sites};
+use crate::tissue::Nodes;
+use crate::vectors::{Registers, SiteVectors, Vectors, load};
+
+/// What a kick over some time does to the velocities of a site.
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Kick {
     /// Factor left of the velocity.
-    pub decay: Aligned,
+    decay: Lanes,
     /// Velocity gained per force, s/g.
-    pub push: Aligned,
+    push: Lanes,
 }
 
-/// The kicks of an advance.
+/// The kicks of an advance, by site.
 #[derive(Debug, Clone)]
 pub(crate) struct Kicks {
     /// Over half a substep.
-    pub half: Kick,
+    pub half: Vec<Kick>,
     /// Over a whole substep.
-    pub whole: Kick,
+    pub whole: Vec<Kick>,
     /// The substep, s, and the round of inertias that they hold for.
     made_for: (f64, u64),
+    sites: Sites,
 }
 
 impl Kick {
-    fn zero(count: usize) -> Kick {
-        Kick {
-            decay: Aligned::filled(count, 0.0),
-            push: Aligned::filled(count, 0.0),
-        }
-    }
-
+    /// The velocities after it.
     #[inline(always)]
-    pub fn apply(&self, forces: &Vectors, velocities: &mut Vectors) {
-        for (velocities, forces) in velocities.each_mut().into_iter().zip(forces.each()) {
-            let count = velocities.len();
-            let (decay, push, forces) = (&self.decay[..count], &self.push[..count], &forces[..count]);
-            for n in 0..count {
-                velocities[n] = decay[n].mul_add(velocities[n], push[n] * forces[n]);
-            }
-        }
+    pub fn applied<S: Simd>(&self, simd: S, velocities: &SiteVectors, forces: &SiteVectors) -> Registers<S> {
+        let gained = Registers::load(simd, forces).times(load(simd, &self.push));
+        Registers::load(simd, velocities).times_plus(load(simd, &self.decay), gained)
     }
 }
 
 impl Kicks {
-    pub fn zero(count: usize) -> Kicks {
+    pub fn zero(sites: Sites) -> Kicks {
+        let kicks = vec![Kick::default(); sites.count()];
         Kicks {
-            half: Kick::zero(count),
-            whole: Kick::zero(count),
+            half: kicks.clone(),
+            whole: kicks,
             made_for: (f64::NAN, 0),
+            sites,
+        }
+    }
+
+    /// Lets no force move a node.
+    pub fn stop(&mut self, node: u32) {
+        let (site, lane) = self.sites.place(node);
+        for kicks in [&mut self.half, &mut self.whole] {
+            kicks[site].push.0[lane] = 0.0;
+        }
+    }
+
+    /// Half a kick at once for all.
+    #[inline(always)]
+    pub fn apply_half<S: Simd>(&self, simd: S, forces: &Vectors, velocities: &mut Vectors) {
+        for ((kick, forces), velocities) in self.half.iter().zip(&forces.values).zip(&mut velocities.values) {
+            *velocities = kick.applied(simd, velocities, forces).stored();
         }
     }
 
@@ -64,35 +74,33 @@ impl Kicks {
         }
         self.made_for = (substep_s, round);
         let half_s = 0.5 * substep_s;
-        let count = nodes.mass.len();
-        for first in (0..count).step_by(CHUNK) {
-            let chunk = first..(first + CHUNK).min(count);
-            let (damping, mass) = (&nodes.damping_rate[chunk.clone()], &nodes.mass[chunk.clone()]);
-            let inverse_inertia = &nodes.inverse_inertia[chunk.clone()];
-            let (mut half_lost, mut phis) = ([0.0f64; CHUNK], [0.0f64; CHUNK]);
-            let lanes = chunk.len();
+        for site in 0..self.half.len() {
+            let (damping, mass) = (&nodes.damping_rate.values[site].0, &nodes.mass.values[site].0);
+            let inverse_inertia = &nodes.inverse_inertia.values[site].0;
+            let (half, whole) = (&mut self.half[site], &mut self.whole[site]);
+            let (mut half_lost, mut phis) = ([0.0f64; LANES], [0.0f64; LANES]);
             let mut largest = 0.0f64;
-            for n in 0..lanes {
+            for n in 0..LANES {
                 half_lost[n] = half_s * f64::from(damping[n] * mass[n] * inverse_inertia[n]);
                 largest = largest.max(half_lost[n]);
             }
             if largest <= LARGEST_OF_SERIES {
-                for n in 0..lanes {
+                for n in 0..LANES {
                     phis[n] = phi_series(half_lost[n]);
                 }
             } else {
-                for n in 0..lanes {
+                for n in 0..LANES {
                     phis[n] = phi(half_lost[n]);
                 }
             }
-            for n in 0..lanes {
+            for n in 0..LANES {
                 let (decay, gain) = ((-half_lost[n]).mul_add(phis[n], 1.0), half_s * phis[n]);
                 let inverse_inertia = f64::from(inverse_inertia[n]);
-                self.half.decay[first + n] = decay as f32;
-                self.half.push[first + n] = (gain * inverse_inertia) as f32;
+                half.decay.0[n] = decay as f32;
+                half.push.0[n] = (gain * inverse_inertia) as f32;
                 // Two halves in a row.
-                self.whole.decay[first + n] = (decay * decay) as f32;
-                self.whole.push[first + n] = (decay.mul_add(gain, gain) * inverse_inertia) as f32;
+                whole.decay.0[n] = (decay * decay) as f32;
+                whole.push.0[n] = (decay.mul_add(gain, gain) * inverse_inertia) as f32;
             }
         }
     }

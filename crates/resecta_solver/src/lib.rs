@@ -16,7 +16,6 @@
 //!
 //! Units are mm, g and s throughout, so pressure and modulus are in Pa, force in µN and stiffness in µN/mm = mN/m.
 
-mod aligned;
 mod assemble;
 mod bound;
 mod collapse;
@@ -34,6 +33,7 @@ mod quarantine;
 pub mod reference;
 mod resect;
 mod runs;
+mod sites;
 mod springs;
 mod surface;
 mod sweep;

@@ -6,12 +6,15 @@
 
 use std::ops::Range;
 
+use fearless_simd::{Simd, f32x8, prelude::*};
+
 use crate::bound::Plan;
 use crate::held::Held;
 use crate::kick::{Kick, Kicks};
 use crate::marks::Marks;
+use crate::sites::{LANES, Sites};
 use crate::tissue::{Motion, Nodes, Tissue};
-use crate::vectors::Vectors;
+use crate::vectors::{Registers, Vectors, load};
 use crate::widest::{Widened, with_widest};
 use crate::{Contact, MOST_SUBSTEPS, PutAside};
 
@@ -75,12 +78,12 @@ impl Widened for Run<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
+    fn run<S: Simd>(self, simd: S) {
         self.tissue.begin(self.plan);
         for substep in 1..=self.plan.substeps {
-            self.tissue.substep(self.plan, substep, self.contacts);
+            self.tissue.substep(simd, self.plan, substep, self.contacts);
         }
-        self.tissue.end();
+        self.tissue.end(simd);
     }
 }
 
@@ -97,15 +100,14 @@ pub(crate) struct Scratch {
 }
 
 impl Scratch {
-    pub fn new(count: usize, spring_count: usize) -> Scratch {
-        let vectors = || Vectors::zero(count);
+    pub fn new(sites: Sites, spring_count: usize) -> Scratch {
         Scratch {
-            forces: vectors(),
-            external: vectors(),
-            start: Motion::zero(count),
-            kicks: Kicks::zero(count),
-            held: Held::zero(count),
-            marked_nodes: Marks::new(count),
+            forces: Vectors::zero(sites),
+            external: Vectors::zero(sites),
+            start: Motion::zero(sites),
+            kicks: Kicks::zero(sites),
+            held: Held::zero(sites),
+            marked_nodes: Marks::new(sites.nodes()),
             marked_springs: Marks::new(spring_count),
         }
     }
@@ -257,11 +259,13 @@ impl Tissue {
     pub(crate) fn begin(&mut self, plan: Plan) {
         let scratch = &mut self.scratch;
         scratch.kicks.prepare(plan.substep_s, self.weighing.round, &self.nodes);
-        let loads = [&self.nodes.load, &self.nodes.balance, self.collapse.current()].map(Vectors::each);
-        for (axis, external) in scratch.external.each_mut().into_iter().enumerate() {
-            let [load, balance, collapse] = loads.map(|load| &load[axis][..external.len()]);
-            for n in 0..external.len() {
-                external[n] = load[n] + balance[n] + collapse[n];
+        let (load, balance) = (&self.nodes.load.values, &self.nodes.balance.values);
+        let loads = load.iter().zip(balance).zip(&self.collapse.current().values);
+        for (external, ((load, balance), collapse)) in scratch.external.values.iter_mut().zip(loads) {
+            for axis in 0..3 {
+                for n in 0..LANES {
+                    external[axis].0[n] = load[axis].0[n] + balance[axis].0[n] + collapse[axis].0[n];
+                }
             }
         }
         scratch.forces.copy_from(&scratch.external);
@@ -270,12 +274,12 @@ impl Tissue {
     /// One substep: forces, the kick that ends the last substep and begins this one (half a kick at the start), drift, and
     /// contacts. Block by block: see `springs.rs`.
     #[inline(always)]
-    pub(crate) fn substep(&mut self, plan: Plan, substep: u32, contacts: &[Contact]) {
+    pub(crate) fn substep<S: Simd>(&mut self, simd: S, plan: Plan, substep: u32, contacts: &[Contact]) {
         let scratch = &mut self.scratch;
         for (node, step) in self.collapse.steps() {
             scratch.external.add(node, step / plan.substeps as f32);
         }
-        let kick = if substep == 1 {
+        let kicks = if substep == 1 {
             &scratch.kicks.half
         } else {
             &scratch.kicks.whole
@@ -283,12 +287,12 @@ impl Tissue {
         let substep_s = plan.substep_s as f32;
         for block in self.springs.layout().blocks() {
             self.springs
-                .add_forces(block, &self.motion.positions, &mut scratch.forces);
+                .add_forces(simd, block, &self.motion.positions, &mut scratch.forces);
             self.nodes
-                .add_bed_forces(&block.nodes, &self.motion.positions, &mut scratch.forces);
-            let nodes = block.nodes.clone();
+                .add_bed_forces(simd, &block.sites, &self.motion.positions, &mut scratch.forces);
+            let (sites, forces) = (block.sites.clone(), &mut scratch.forces);
             self.motion
-                .kick_and_drift(nodes, kick, substep_s, &mut scratch.forces, &scratch.external);
+                .kick_and_drift(simd, sites, kicks, substep_s, forces, &scratch.external);
         }
         let time = substep as f32 / plan.substeps as f32;
         let duration_s = substep_s * plan.substeps as f32;
@@ -299,51 +303,44 @@ impl Tissue {
 
     /// The forces at the end, and the half kick that ends the last substep.
     #[inline(always)]
-    pub(crate) fn end(&mut self) {
+    pub(crate) fn end<S: Simd>(&mut self, simd: S) {
         for block in self.springs.layout().blocks() {
             self.springs
-                .add_forces(block, &self.motion.positions, &mut self.scratch.forces);
+                .add_forces(simd, block, &self.motion.positions, &mut self.scratch.forces);
             self.nodes
-                .add_bed_forces(&block.nodes, &self.motion.positions, &mut self.scratch.forces);
+                .add_bed_forces(simd, &block.sites, &self.motion.positions, &mut self.scratch.forces);
         }
-        self.scratch
-            .kicks
-            .half
-            .apply(&self.scratch.forces, &mut self.motion.velocities);
+        let Scratch { kicks, forces, .. } = &self.scratch;
+        kicks.apply_half(simd, forces, &mut self.motion.velocities);
     }
 }
 
 impl Nodes {
     /// Adds the force of the bed to the nodes of a block that it holds, µN.
     #[inline(always)]
-    fn add_bed_forces(&self, block: &Range<usize>, positions: &Vectors, forces: &mut Vectors) {
+    fn add_bed_forces<S: Simd>(&self, simd: S, block: &Range<usize>, positions: &Vectors, forces: &mut Vectors) {
         for bed in &self.supported {
             let held = bed.start.max(block.start)..bed.end.min(block.end);
             if held.is_empty() {
                 continue;
             }
-            let axes = forces
-                .each_mut()
-                .into_iter()
-                .zip(positions.each())
-                .zip(self.rest.each());
-            for ((forces, places), rest) in axes {
-                let (support, forces) = (&self.support[held.clone()], &mut forces[held.clone()]);
-                let (places, rest) = (&places[held.clone()], &rest[held.clone()]);
-                for n in 0..forces.len() {
-                    forces[n] = support[n].mul_add(rest[n] - places[n], forces[n]);
-                }
+            let (support, rest) = (&self.support.values[held.clone()], &self.rest.values[held.clone()]);
+            let (places, forces) = (&positions.values[held.clone()], &mut forces.values[held]);
+            for n in 0..support.len() {
+                let away = Registers::load(simd, &rest[n]) - Registers::load(simd, &places[n]);
+                let sum = Registers::load(simd, &forces[n]);
+                forces[n] = away.times_plus(load(simd, &support[n]), sum).stored();
             }
         }
     }
 }
 
 impl Motion {
-    fn zero(count: usize) -> Motion {
+    fn zero(sites: Sites) -> Motion {
         Motion {
-            positions: Vectors::zero(count),
-            lost: Vectors::zero(count),
-            velocities: Vectors::zero(count),
+            positions: Vectors::zero(sites),
+            lost: Vectors::zero(sites),
+            velocities: Vectors::zero(sites),
         }
     }
 
@@ -353,44 +350,37 @@ impl Motion {
         self.velocities.copy_from(&other.velocities);
     }
 
-    /// Changes the velocities of some nodes by the forces, moves the nodes on by their velocities, keeps what rounding takes
+    /// Changes the velocities of some sites by the forces, moves the nodes on by their velocities, keeps what rounding takes
     /// from the positions (compensated summation), and starts the next sum of forces from the loads. One pass.
     #[inline(always)]
-    fn kick_and_drift(
+    fn kick_and_drift<S: Simd>(
         &mut self,
-        nodes: Range<usize>,
-        kick: &Kick,
+        simd: S,
+        sites: Range<usize>,
+        kicks: &[Kick],
         time_s: f32,
         forces: &mut Vectors,
         external: &Vectors,
     ) {
-        let count = nodes.len();
-        let (decay, push) = (&kick.decay[nodes.clone()], &kick.push[nodes.clone()]);
-        let (positions, lost, velocities) = (
-            self.positions.each_mut(),
-            self.lost.each_mut(),
-            self.velocities.each_mut(),
+        let time_s = f32x8::splat(simd, time_s);
+        let (kicks, loads) = (&kicks[sites.clone()], &external.values[sites.clone()]);
+        let (positions, lost) = (
+            &mut self.positions.values[sites.clone()],
+            &mut self.lost.values[sites.clone()],
         );
-        let loads = external.each();
-        let axes = positions
-            .into_iter()
-            .zip(lost)
-            .zip(velocities)
-            .zip(forces.each_mut())
-            .zip(loads);
-        for ((((positions, lost), velocities), forces), loads) in axes {
-            let (positions, lost) = (&mut positions[nodes.clone()], &mut lost[nodes.clone()]);
-            let (velocities, forces) = (&mut velocities[nodes.clone()], &mut forces[nodes.clone()]);
-            let loads = &loads[nodes.clone()];
-            for n in 0..count {
-                let velocity = decay[n].mul_add(velocities[n], push[n] * forces[n]);
-                let step = time_s.mul_add(velocity, -lost[n]);
-                let place = positions[n] + step;
-                lost[n] = (place - positions[n]) - step;
-                positions[n] = place;
-                velocities[n] = velocity;
-                forces[n] = loads[n];
-            }
+        let (velocities, forces) = (
+            &mut self.velocities.values[sites.clone()],
+            &mut forces.values[sites.clone()],
+        );
+        for n in 0..kicks.len() {
+            let velocity = kicks[n].applied(simd, &velocities[n], &forces[n]);
+            let (before, remains) = (Registers::load(simd, &positions[n]), Registers::load(simd, &lost[n]));
+            let step = velocity.times(time_s) - remains;
+            let place = before + step;
+            lost[n] = ((place - before) - step).stored();
+            positions[n] = place.stored();
+            velocities[n] = velocity.stored();
+            forces[n] = loads[n];
         }
     }
 }
@@ -433,7 +423,7 @@ mod tests {
             plan,
             contacts,
         }
-        .run();
+        .run(fearless_simd::Fallback::new());
         tissue.run(plan, contacts);
         assert_eq!(tissue.motion, scalar.motion);
     }

@@ -8,7 +8,7 @@ use crate::motion::Scratch;
 use crate::springs::Springs;
 use crate::surface::Surface;
 use crate::tissue::{Living, Motion, NodeKind, Nodes, Pentahedra, Tissue};
-use crate::vectors::Vectors;
+use crate::vectors::{Scalars, Vectors};
 
 /// Nodes and springs with all that moves them. Every list about nodes has one entry a node, every list about springs one a
 /// spring.
@@ -163,44 +163,51 @@ impl Tissue {
     pub fn from_network(network: &Network) -> Result<Tissue, NetworkError> {
         network.check()?;
         let count = network.positions.len();
-        let single =
-            |vectors: &[DVec3]| -> Vectors { vectors.iter().map(|vector| vector.as_vec3().to_array()).collect() };
+        let rest_length: Vec<f32> = network.rest_lengths.iter().map(|length| *length as f32).collect();
+        let stiffness: Vec<f32> = network.stiffness.iter().map(|stiffness| *stiffness as f32).collect();
+        let spring_count = network.springs.len();
+        let springs = Springs::new(
+            count,
+            network.springs.clone(),
+            &stiffness,
+            &rest_length,
+            vec![0; spring_count],
+            vec![0.0; spring_count],
+        );
+        let sites = springs.layout().sites();
+        let single = |vectors: &[DVec3]| Vectors::of(sites, vectors.iter().map(|vector| vector.as_vec3()));
         let positions = single(&network.positions);
         let lost = network
             .positions
             .iter()
-            .map(|position| (position.as_vec3().as_dvec3() - *position).as_vec3().to_array());
+            .map(|position| (position.as_vec3().as_dvec3() - *position).as_vec3());
         let velocities = network.velocities.iter().zip(&network.fixed);
         let velocities = velocities.map(|(velocity, fixed)| if *fixed { Vec3::ZERO } else { velocity.as_vec3() });
-        let masses: Vec<f32> = network.masses.iter().map(|mass| *mass as f32).collect();
+        let masses = || network.masses.iter().map(|mass| *mass as f32);
         let damping_rate = network
             .damping
             .iter()
             .zip(&network.masses)
             .map(|(damping, mass)| (damping / mass) as f32);
-        let rest_length: Vec<f32> = network.rest_lengths.iter().map(|length| *length as f32).collect();
-        let stiffness: Vec<f32> = network.stiffness.iter().map(|stiffness| *stiffness as f32).collect();
-        let springs = network.springs.len();
+        let inverse_inertia = masses()
+            .zip(&network.fixed)
+            .map(|(mass, fixed)| if *fixed { 0.0 } else { 1.0 / mass });
         Ok(Tissue {
             motion: Motion {
-                lost: lost.collect(),
-                velocities: velocities.map(|velocity| velocity.to_array()).collect(),
+                lost: Vectors::of(sites, lost),
+                velocities: Vectors::of(sites, velocities),
                 positions: positions.clone(),
             },
             nodes: Nodes {
                 rest: positions,
                 kind: vec![NodeKind::Inner; count],
-                inverse_inertia: masses
-                    .iter()
-                    .zip(&network.fixed)
-                    .map(|(mass, fixed)| if *fixed { 0.0 } else { 1.0 / mass })
-                    .collect(),
-                mass: masses,
-                damping_rate: damping_rate.collect(),
-                support: vec![0.0; count],
+                inverse_inertia: Scalars::of(sites, inverse_inertia),
+                mass: Scalars::of(sites, masses()),
+                damping_rate: Scalars::of(sites, damping_rate),
+                support: Scalars::zero(sites),
                 supported: Vec::new(),
                 load: single(&network.loads),
-                balance: Vectors::zero(count),
+                balance: Vectors::zero(sites),
                 alive: vec![true; count],
                 fixed: network.fixed.clone(),
                 pentahedra_left: vec![0; count],
@@ -208,14 +215,7 @@ impl Tissue {
                 around: Vec::new(),
                 put_aside: vec![false; count],
             },
-            springs: Springs::new(
-                count,
-                network.springs.clone(),
-                &stiffness,
-                &rest_length,
-                vec![0; springs],
-                vec![0.0; springs],
-            ),
+            springs,
             pentahedra: Pentahedra {
                 nodes: Vec::new(),
                 zone: Vec::new(),
@@ -226,22 +226,22 @@ impl Tissue {
                 shares: Vec::new(),
             },
             surface: Surface::new(&[]).expect("no pentahedra share no face"),
-            collapse: Collapse::new(count),
+            collapse: Collapse::new(sites),
             modulus_pa: 0.0,
             pre_tension: 0.0,
-            mean_length: rest_length.iter().sum::<f32>() / springs.max(1) as f32,
+            mean_length: rest_length.iter().sum::<f32>() / spring_count.max(1) as f32,
             reach: 0.0,
             rest_volume_mm3: 0.0,
             removed_volume_mm3: 0.0,
             living: Living {
                 nodes: count,
-                springs,
+                springs: spring_count,
                 pentahedra: 0,
             },
             bound: None,
             weighing: Weighing::new(),
             fastest: f32::INFINITY,
-            scratch: Scratch::new(count, springs),
+            scratch: Scratch::new(sites, spring_count),
         })
     }
 }

@@ -1,10 +1,12 @@
 //! Quarantine: a node whose motion stops being one that tissue can have is put aside, and the rest goes on.
 
+use fearless_simd::Simd;
 use glam::Vec3;
 
 use crate::Contact;
 use crate::bound::Plan;
 use crate::tissue::{Motion, Tissue};
+use crate::widest::{Widened, with_widest};
 
 /// A node whose velocity stopped being one that a scene can have: not finite, or such that it goes further than 300 mm in a
 /// substep (in tissue a kilometre a second). It stays at its last finite position and takes no further part.
@@ -35,27 +37,50 @@ impl Motion {
     /// Whether every velocity is one that a scene can have.
     pub(crate) fn is_sound(&self, plan: Plan) -> bool {
         let fastest = plan.fastest();
+        let components = self.velocities.values.as_flattened();
         // No early exit: the whole scan vectorises.
-        let all_sound = |values: &[f32]| {
-            values
+        components.iter().fold(true, |sound, lanes| {
+            lanes
+                .0
                 .iter()
-                .fold(true, |sound, &value| sound & is_sound(value, fastest))
-        };
-        self.velocities.each().into_iter().all(all_sound)
+                .fold(sound, |sound, &velocity| sound & is_sound(velocity, fastest))
+        })
+    }
+}
+
+/// The substeps of a plan, each looked at before the next.
+struct RunWithCare<'a> {
+    tissue: &'a mut Tissue,
+    plan: Plan,
+    contacts: &'a [Contact],
+}
+
+impl Widened for RunWithCare<'_> {
+    type Output = Vec<PutAside>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Vec<PutAside> {
+        let RunWithCare { tissue, plan, contacts } = self;
+        tissue.begin(plan);
+        let mut put_aside = Vec::new();
+        for substep in 1..=plan.substeps {
+            let before = tissue.motion.clone();
+            tissue.substep(simd, plan, substep, contacts);
+            tissue.put_aside_what_is_not_sound(plan, &before, &mut put_aside);
+        }
+        tissue.end(simd);
+        put_aside
     }
 }
 
 impl Tissue {
     /// Makes the substeps of a plan one by one, and puts aside every node whose motion stops being sound.
     pub(crate) fn run_with_care(&mut self, plan: Plan, contacts: &[Contact]) -> Vec<PutAside> {
-        self.begin(plan);
-        let mut put_aside = Vec::new();
-        for substep in 1..=plan.substeps {
-            let before = self.motion.clone();
-            self.substep(plan, substep, contacts);
-            self.put_aside_what_is_not_sound(plan, &before, &mut put_aside);
-        }
-        self.end();
+        let mut put_aside = with_widest(RunWithCare {
+            tissue: self,
+            plan,
+            contacts,
+        });
         put_aside.sort_unstable_by_key(|put_aside| put_aside.node);
         put_aside
     }
@@ -73,13 +98,12 @@ impl Tissue {
             self.motion.lost.set(node, Vec3::ZERO);
             self.motion.velocities.set(node, Vec3::ZERO);
             self.nodes.put_aside[index] = true;
-            self.nodes.inverse_inertia[index] = 0.0;
+            self.nodes.inverse_inertia.set(node, 0.0);
             // What pushed it may be infinite, and 0 times infinity is not 0.
             self.nodes.load.set(node, Vec3::ZERO);
             self.scratch.external.set(node, Vec3::ZERO);
             self.scratch.forces.set(node, Vec3::ZERO);
-            self.scratch.kicks.half.push[index] = 0.0;
-            self.scratch.kicks.whole.push[index] = 0.0;
+            self.scratch.kicks.stop(node);
             put_aside.push(PutAside { node, position });
         }
     }

@@ -68,8 +68,8 @@ fn accelerations(
         .map(|node| {
             let index = node as usize;
             let loads = tissue.load(node) + tissue.nodes.balance.at(node) + tissue.collapse.current().at(node);
-            let bed = f64::from(tissue.nodes.support[index]);
-            let damping = f64::from(tissue.nodes.damping_rate[index]) * f64::from(tissue.nodes.mass[index]);
+            let bed = f64::from(tissue.nodes.support.at(node));
+            let damping = f64::from(tissue.nodes.damping_rate.at(node)) * f64::from(tissue.nodes.mass.at(node));
             loads.as_dvec3() + bed * (tissue.rest_position(node).as_dvec3() - positions[index])
                 - damping * velocities[index]
         })

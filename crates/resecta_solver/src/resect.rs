@@ -68,13 +68,17 @@ impl Tissue {
         let centre = centre.as_vec3();
         // Twice the reach at rest: tissue under the loop is rarely stretched further.
         let reach = radius as f32 + 2.0 * self.reach;
-        self.living_pentahedron_indices()
-            .filter(|&pentahedron| {
-                let first = self.pentahedra.nodes[pentahedron as usize][0];
-                self.position(first).distance_squared(centre) <= reach * reach
-            })
+        let near = self.motion.positions.within(centre, reach);
+        let first = |&pentahedron: &u32, node: u32| self.pentahedra.nodes[pentahedron as usize][0] == node;
+        let candidates = near.into_iter().flat_map(|node| {
+            self.pentahedra_around(node)
+                .filter(move |pentahedron| first(pentahedron, node))
+        });
+        let mut swept: Vec<u32> = candidates
             .filter(|&pentahedron| sweep.contains(self.centroid(pentahedron).as_dvec3()))
-            .collect()
+            .collect();
+        swept.sort_unstable();
+        swept
     }
 
     /// Removes pentahedra, and with them the springs and nodes that nothing stands behind any more.
@@ -248,9 +252,9 @@ impl Tissue {
         {
             let after = self.volume_around(node);
             let left = (after / (after + rest_volume_mm3)) as f32;
-            let index = node as usize;
-            self.nodes.mass[index] *= left;
-            self.nodes.support[index] *= left;
+            for quantity in [&mut self.nodes.mass, &mut self.nodes.support] {
+                quantity.set(node, quantity.at(node) * left);
+            }
         }
     }
 
@@ -301,8 +305,7 @@ impl Tissue {
         heirs.sort_by_key(|ends| ends.goes);
         for &node in &bare {
             let force = self.collapse.take(node);
-            let index = node as usize;
-            self.nodes.inverse_inertia[index] = 0.0;
+            self.nodes.inverse_inertia.set(node, 0.0);
             self.nodes.load.set(node, Vec3::ZERO);
             self.nodes.balance.set(node, Vec3::ZERO);
             self.motion.velocities.set(node, Vec3::ZERO);

@@ -1,129 +1,165 @@
 //! Runs: how the springs are laid out for the hot loop.
 //!
-//! Springs lead from a lower to a higher node. They are sorted by the distance between their two nodes (in indices), then
-//! by the first, and each stretch in which both nodes rise by one is a *run*, whose springs have consecutive slots. A
-//! lattice numbered along its rings falls into few long runs; their forces read and write contiguous memory, the compiler
-//! turns the loop into vector instructions, and nothing is gathered. A run begins at the boundary of a chunk of nodes and
-//! ends with a whole chunk; gaps in it are filled with slots of stiffness 0, which cost less than a new run or a loop for
-//! the rest. Springs in runs too short to pay are *loose*: computed from gathered positions.
+//! A *bundle* is up to eight springs that lead from the nodes of one site to those of another, one a lane: `low`, the site
+//! with the smaller number, and `low + span`. Where a spring leads from one range of nodes to the next (`sites.rs`), the
+//! lanes of the other end are turned on by `turn`. Bundles of the same span and turn from consecutive sites are a *run*,
+//! with consecutive slots; a lattice numbered along its rings falls into few long ones. Lanes in which there is no spring
+//! have stiffness 0. Springs that share their bundle with too few others are *loose*: computed from gathered positions.
 //!
-//! Runs are cut at the boundaries of *blocks* of nodes, and slots follow the order block by block. Since every spring leads
-//! from a lower to a higher node, once a block's springs are done, the forces on its nodes are complete and its positions
+//! Runs are cut at the boundaries of *blocks* of sites, and slots follow the order block by block. Since every spring leads
+//! from a lower to a higher site, once a block's springs are done, the forces on its nodes are complete and their positions
 //! are not read again: the step moves these nodes at once, while all they need is in the nearest cache.
-//!
-//! Runs were measured against doing all springs of 16 nodes at a time with their forces kept in registers, which touches
-//! memory less: runs are 1.4 times faster, since the roots and divisions of a long loop overlap.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
-use crate::aligned::CHUNK;
-use crate::vectors::{Chunk, Vectors};
+use crate::sites::{LANES, Sites};
 
 /// Where the springs of a tissue are.
 #[derive(Debug, Clone)]
 pub(crate) struct Layout {
+    sites: Sites,
     blocks: Vec<Block>,
     runs: Vec<Run>,
     loose: Vec<Loose>,
-    slot_count: usize,
+    bundle_count: usize,
 }
 
-/// The springs whose lower node is one of a block of consecutive nodes.
+/// The springs whose lower site is one of a block of consecutive sites.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Block {
-    pub nodes: Range<usize>,
+    pub sites: Range<usize>,
     runs: Range<usize>,
     loose: Range<usize>,
 }
 
-/// Springs that join node `a + n` and node `b + n`, and have slot `first_slot + n`; whole chunks of them.
+/// Bundles `first_bundle + n` that lead from site `low + n` to site `low + span + n`, `n < bundles`. A spring in lane l ends
+/// in lane `(l + turn) % 8`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Run {
-    pub first_slot: usize,
-    pub chunks: usize,
-    pub a: usize,
-    pub b: usize,
+    pub first_bundle: usize,
+    pub bundles: usize,
+    pub low: usize,
+    pub span: usize,
+    pub turn: usize,
 }
 
-/// Up to [`CHUNK`] springs that are in no run.
+/// Up to [`LANES`] springs that are in no run.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Loose {
-    pub first_slot: usize,
+    pub bundle: usize,
     /// The nodes of each.
     pub ends: Vec<[u32; 2]>,
 }
 
-/// Nodes a block: positions and forces of a block and of the neighbours of a lattice layer further on fit the nearest
-/// cache. Whole chunks.
-const BLOCK: u32 = 512;
+/// Sites a block: positions and forces of a block, and of the neighbours a lattice layer further on, fit the nearest cache.
+const BLOCK: usize = 64;
 
-/// Up to this many empty slots are put in to join two runs: about what the start of a run costs.
-const LONGEST_GAP: u32 = 8;
+/// Up to this many empty bundles are put in to join two runs: about what the start of a run costs.
+const LONGEST_GAP: usize = 2;
 
-/// Runs below this length are computed as loose springs.
-const SHORTEST_RUN: u32 = 12;
+/// What things cost in a substep, in cycles measured on the papers' lattice: to choose between layouts.
+const COST_OF_SITE: usize = 20;
+const COST_OF_BUNDLE: usize = 12;
+const COST_OF_RUN: usize = 25;
+const COST_OF_LOOSE: usize = 15;
 
-impl Loose {
-    /// Positions of the first and of the second nodes; 0 past the last spring.
-    #[inline(always)]
-    pub fn gather(&self, positions: &Vectors) -> [Chunk; 2] {
-        let mut places = [[[0.0; CHUNK]; 3]; 2];
-        for (n, pair) in self.ends.iter().enumerate() {
-            for (places, &node) in places.iter_mut().zip(pair) {
-                [places[0][n], places[1][n], places[2][n]] = positions.get(node as usize);
-            }
+/// Up to this share more sites than needed may be taken, if springs then fill their bundles better.
+const MOST_SITES: f64 = 1.15;
+
+/// How the ends of a spring lie to each other. The order is that of slots.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Way {
+    block: usize,
+    span: usize,
+    turn: usize,
+    low: usize,
+    lane: usize,
+}
+
+impl Way {
+    fn of(sites: &Sites, ends: [u32; 2]) -> Way {
+        let [mut low, mut high] = ends.map(|end| sites.place(end));
+        if low.0 > high.0 {
+            (low, high) = (high, low);
         }
-        places
+        Way {
+            block: low.0 / BLOCK,
+            span: high.0 - low.0,
+            turn: (high.1 + LANES - low.1) % LANES,
+            low: low.0,
+            lane: low.1,
+        }
+    }
+
+    /// Whether a run can go on with `next`: it lies in the same way, and not far on.
+    fn goes_on(&self, next: &Way) -> bool {
+        (self.block, self.span, self.turn) == (next.block, next.span, next.turn)
+            && next.low - self.low <= LONGEST_GAP + 1
+            && (self.low, self.lane) != (next.low, next.lane)
+            // Both ends in one site: they would be written in turn.
+            && self.span > 0
     }
 }
 
 impl Layout {
-    /// Lays out springs by their nodes; also gives each its slot.
-    pub fn of(nodes: &[[u32; 2]], node_count: usize) -> (Layout, Vec<u32>) {
-        let ends = |spring: u32| {
-            let [a, b] = nodes[spring as usize];
-            [a.min(b), a.max(b)]
-        };
-        // By block of the lower node, then by the distance between the nodes, then by the lower node.
-        let key = |spring: u32| {
-            let [low, high] = ends(spring);
-            (low / BLOCK, high - low, low)
-        };
-        let mut order: Vec<u32> = (0..nodes.len() as u32).collect();
-        order.sort_by_key(|&spring| key(spring));
+    /// Lays out springs by their nodes; also gives each its slot. The number of sites is, of a few that fit the spans, the
+    /// one whose substep costs least.
+    pub fn of(ends: &[[u32; 2]], node_count: usize) -> (Layout, Vec<u32>) {
+        let fewest = Sites::fewest(node_count);
+        let mut spans: HashMap<u32, usize> = HashMap::new();
+        for [a, b] in ends {
+            *spans.entry(a.abs_diff(*b)).or_default() += 1;
+        }
+        let mut spans: Vec<(usize, u32)> = spans.into_iter().map(|(span, count)| (count, span)).collect();
+        spans.sort_unstable_by(|one, other| other.cmp(one));
+        let mut counts = vec![fewest.count()];
+        for (_, span) in spans.into_iter().take(4) {
+            // Gaps in the lattice, as where a ring closes, then fall on the same site in every lane.
+            let whole = fewest.count().next_multiple_of(span.max(1) as usize);
+            if whole as f64 <= MOST_SITES * fewest.count() as f64 && !counts.contains(&whole) {
+                counts.push(whole);
+            }
+        }
+        let layouts = counts
+            .into_iter()
+            .map(|count| Layout::with(Sites::new(node_count, count), ends));
+        layouts
+            .min_by_key(|(layout, _)| layout.cost())
+            .expect("the fewest sites are one of the choices")
+    }
 
-        let mut slot = vec![0; nodes.len()];
+    fn with(sites: Sites, ends: &[[u32; 2]]) -> (Layout, Vec<u32>) {
+        let mut springs: Vec<(Way, u32)> = ends.iter().map(|ends| Way::of(&sites, *ends)).zip(0..).collect();
+        springs.sort_unstable();
         let mut layout = Layout {
+            sites,
             blocks: Vec::new(),
             runs: Vec::new(),
             loose: Vec::new(),
-            slot_count: 0,
+            bundle_count: 0,
         };
-        let mut rest = &order[..];
-        for number in 0..(node_count as u32).div_ceil(BLOCK) {
-            let count = rest.iter().take_while(|&&spring| key(spring).0 == number).count();
-            let (springs, others) = rest.split_at(count);
+        let mut slot = vec![0; ends.len()];
+        let mut rest = &springs[..];
+        for first in (0..sites.count()).step_by(BLOCK) {
+            let number = first / BLOCK;
+            let (springs, others) = rest.split_at(rest.partition_point(|(way, _)| way.block == number));
             rest = others;
             let (first_run, first_loose) = (layout.runs.len(), layout.loose.len());
-            // Stretches in which both nodes rise together, with at most a short gap from one spring to the next.
-            let stretches = springs.chunk_by(|&one, &next| {
-                let ((_, distance, low), (_, next_distance, next_low)) = (key(one), key(next));
-                distance == next_distance && next_low > low && next_low - low <= LONGEST_GAP + 1
-            });
             let mut alone = Vec::new();
-            for stretch in stretches {
-                if ends(stretch[stretch.len() - 1])[0] - ends(stretch[0])[0] + 1 < SHORTEST_RUN {
-                    alone.extend_from_slice(stretch);
+            for stretch in springs.chunk_by(|(one, _), (next, _)| one.goes_on(next)) {
+                let bundles = stretch[stretch.len() - 1].0.low - stretch[0].0.low + 1;
+                if stretch.len() * COST_OF_LOOSE <= COST_OF_RUN + bundles * COST_OF_BUNDLE {
+                    alone.extend(stretch.iter().map(|(_, spring)| *spring));
                 } else {
-                    layout.add_run(stretch, ends, &mut slot);
+                    layout.add_run(stretch, bundles, &mut slot);
                 }
             }
-            for springs in alone.chunks(CHUNK) {
+            for springs in alone.chunks(LANES) {
                 layout.add_loose(springs, ends, &mut slot);
             }
-            let nodes = number * BLOCK..((number + 1) * BLOCK).min(node_count as u32);
             layout.blocks.push(Block {
-                nodes: nodes.start as usize..nodes.end as usize,
+                sites: first..(first + BLOCK).min(sites.count()),
                 runs: first_run..layout.runs.len(),
                 loose: first_loose..layout.loose.len(),
             });
@@ -131,40 +167,53 @@ impl Layout {
         (layout, slot)
     }
 
-    fn add_run(&mut self, stretch: &[u32], ends: impl Fn(u32) -> [u32; 2], slot: &mut [u32]) {
-        let [first, second] = ends(stretch[0]);
-        let [last, _] = ends(stretch[stretch.len() - 1]);
-        let a = first - first % CHUNK as u32;
-        for &spring in stretch {
-            slot[spring as usize] = self.slot_count as u32 + ends(spring)[0] - a;
+    fn add_run(&mut self, stretch: &[(Way, u32)], bundles: usize, slot: &mut [u32]) {
+        let Way { span, turn, low, .. } = stretch[0].0;
+        for (way, spring) in stretch {
+            slot[*spring as usize] = ((self.bundle_count + way.low - low) * LANES + way.lane) as u32;
         }
-        let chunks = ((last - a) as usize + 1).div_ceil(CHUNK);
         self.runs.push(Run {
-            first_slot: self.slot_count,
-            chunks,
-            a: a as usize,
-            b: (a + second - first) as usize,
+            first_bundle: self.bundle_count,
+            bundles,
+            low,
+            span,
+            turn,
         });
-        self.slot_count += chunks * CHUNK;
+        self.bundle_count += bundles;
     }
 
-    fn add_loose(&mut self, springs: &[u32], ends: impl Fn(u32) -> [u32; 2], slot: &mut [u32]) {
-        for (at, &spring) in (self.slot_count as u32..).zip(springs) {
+    fn add_loose(&mut self, springs: &[u32], ends: &[[u32; 2]], slot: &mut [u32]) {
+        for (&spring, at) in springs.iter().zip((self.bundle_count * LANES) as u32..) {
             slot[spring as usize] = at;
         }
         self.loose.push(Loose {
-            first_slot: self.slot_count,
-            ends: springs.iter().map(|&spring| ends(spring)).collect(),
+            bundle: self.bundle_count,
+            ends: springs.iter().map(|&spring| ends[spring as usize]).collect(),
         });
-        self.slot_count += CHUNK;
+        self.bundle_count += 1;
     }
 
-    /// Slots there are, empty ones included: whole chunks.
-    pub fn slot_count(&self) -> usize {
-        self.slot_count
+    /// Cycles of a substep, roughly.
+    fn cost(&self) -> usize {
+        let loose: usize = self.loose.iter().map(|loose| loose.ends.len()).sum();
+        let bundles: usize = self.runs.iter().map(|run| run.bundles).sum();
+        self.sites.count() * COST_OF_SITE
+            + self.runs.len() * COST_OF_RUN
+            + bundles * COST_OF_BUNDLE
+            + loose * COST_OF_LOOSE
     }
 
-    /// The blocks, by rising nodes; together they hold every node once.
+    /// Where the nodes are.
+    pub fn sites(&self) -> Sites {
+        self.sites
+    }
+
+    /// Bundles there are, those of loose springs included.
+    pub fn bundle_count(&self) -> usize {
+        self.bundle_count
+    }
+
+    /// The blocks, by rising sites; together they hold every site once.
     pub fn blocks(&self) -> &[Block] {
         &self.blocks
     }
@@ -175,9 +224,26 @@ impl Layout {
         &self.runs[block.runs.clone()]
     }
 
-    /// The loose springs of a block, by chunks.
+    /// The loose springs of a block, by bundles.
     #[inline(always)]
     pub fn loose(&self, block: &Block) -> &[Loose] {
         &self.loose[block.loose.clone()]
     }
 }
+
+/// Calls a function, generic over `<TURN, BACK>`, for the turn of a run: how far lanes are turned on, and back.
+macro_rules! with_turn {
+    ($turn:expr, $object:ident . $function:ident ( $($argument:expr),* )) => {
+        match $turn {
+            0 => $object.$function::<0, 0, _>($($argument),*),
+            1 => $object.$function::<1, 7, _>($($argument),*),
+            2 => $object.$function::<2, 6, _>($($argument),*),
+            3 => $object.$function::<3, 5, _>($($argument),*),
+            4 => $object.$function::<4, 4, _>($($argument),*),
+            5 => $object.$function::<5, 3, _>($($argument),*),
+            6 => $object.$function::<6, 2, _>($($argument),*),
+            _ => $object.$function::<7, 1, _>($($argument),*),
+        }
+    };
+}
+pub(crate) use with_turn;

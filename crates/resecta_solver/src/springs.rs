@@ -1,19 +1,20 @@
 //! Springs: where a spring's force is computed.
 //!
 //! A spring has an index, by which everybody else knows it, and a *slot*, where the hot loop finds its stiffness and rest
-//! length. How slots are laid out, and why, is in `runs.rs`: most springs are in *runs* that read and write contiguous
-//! memory, few are *loose* and gathered.
+//! length: a lane of a *bundle* of eight. How bundles are laid out, and why, is in `runs.rs`: most springs are in *runs* of
+//! bundles between whole sites, few are *loose* and gathered.
 //!
 //! A product and a sum are fused on every processor (on those that cannot, slowly), and the order of all sums is the same
-//! whatever the width of the registers, so forces have the same bits everywhere.
+//! whatever the instructions, so forces have the same bits everywhere.
 //!
 //! A removed spring keeps its slot with stiffness 0: nothing is renumbered, and removal costs nothing in the loop.
 
+use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::Vec3;
 
-use crate::aligned::{Aligned, CHUNK};
-use crate::runs::{Block, Layout, Run};
-use crate::vectors::{Chunk, Vectors};
+use crate::runs::{Block, Layout, Loose, Run, with_turn};
+use crate::sites::{LANES, Lanes};
+use crate::vectors::{Registers, SiteVectors, Vectors, load};
 
 /// The springs of a tissue.
 #[derive(Debug, Clone)]
@@ -27,19 +28,17 @@ pub(crate) struct Springs {
     /// Whether the spring is still part of the tissue.
     pub alive: Vec<bool>,
     slot: Vec<u32>,
-    /// By slot: stiffness, µN/mm; 0 when removed.
-    stiffness: Aligned,
-    /// By slot: rest length, mm.
-    rest_length: Aligned,
+    bundles: Vec<Bundle>,
     layout: Layout,
 }
 
-/// The pulls of a chunk of slots: on the first node of each acts `tension` times `way`, on the second the opposite.
-struct Pull {
-    /// Tension over length, µN/mm.
-    tension: [f32; CHUNK],
-    /// From the first node to the second, by component, mm.
-    way: Chunk,
+/// What the forces of up to eight springs follow from, a lane each.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Bundle {
+    /// µN/mm; 0 for a spring that has been removed, and where there is none.
+    pub stiffness: Lanes,
+    /// mm.
+    pub rest_length: Lanes,
 }
 
 /// Shorter than this a spring counts as having no direction, and gives no force; mm.
@@ -56,17 +55,15 @@ impl Springs {
         backing: Vec<f32>,
     ) -> Springs {
         let (layout, slot) = Layout::of(&nodes, node_count);
-        let by_slot = |values: &[f32]| {
-            let mut by_slot = Aligned::filled(layout.slot_count(), 0.0);
-            for (&slot, &value) in slot.iter().zip(values) {
-                by_slot[slot as usize] = value;
-            }
-            by_slot
-        };
+        let mut bundles = vec![Bundle::default(); layout.bundle_count()];
+        for ((&slot, &stiffness), &rest_length) in slot.iter().zip(stiffness).zip(rest_length) {
+            let (bundle, lane) = bundle_and_lane(slot);
+            bundles[bundle].stiffness.0[lane] = stiffness;
+            bundles[bundle].rest_length.0[lane] = rest_length;
+        }
         Springs {
             alive: vec![true; nodes.len()],
-            stiffness: by_slot(stiffness),
-            rest_length: by_slot(rest_length),
+            bundles,
             nodes,
             behind,
             backing,
@@ -78,21 +75,25 @@ impl Springs {
     /// Stiffness of a spring, µN/mm.
     #[inline]
     pub fn stiffness(&self, spring: u32) -> f32 {
-        self.stiffness[self.slot[spring as usize] as usize]
+        let (bundle, lane) = bundle_and_lane(self.slot[spring as usize]);
+        self.bundles[bundle].stiffness.0[lane]
     }
 
     pub fn set_stiffness(&mut self, spring: u32, stiffness: f32) {
-        self.stiffness[self.slot[spring as usize] as usize] = stiffness;
+        let (bundle, lane) = bundle_and_lane(self.slot[spring as usize]);
+        self.bundles[bundle].stiffness.0[lane] = stiffness;
     }
 
     /// Rest length of a spring, mm.
     #[inline]
     pub fn rest_length(&self, spring: u32) -> f32 {
-        self.rest_length[self.slot[spring as usize] as usize]
+        let (bundle, lane) = bundle_and_lane(self.slot[spring as usize]);
+        self.bundles[bundle].rest_length.0[lane]
     }
 
     pub fn set_rest_length(&mut self, spring: u32, rest_length: f32) {
-        self.rest_length[self.slot[spring as usize] as usize] = rest_length;
+        let (bundle, lane) = bundle_and_lane(self.slot[spring as usize]);
+        self.bundles[bundle].rest_length.0[lane] = rest_length;
     }
 
     /// Where the springs are.
@@ -100,10 +101,16 @@ impl Springs {
         &self.layout
     }
 
-    /// Stiffness, µN/mm, and rest length, mm, of `chunks` chunks of slots.
+    /// The bundles of a run.
     #[inline(always)]
-    pub fn chunks(&self, first_slot: usize, chunks: usize) -> [&[[f32; CHUNK]]; 2] {
-        [&self.stiffness, &self.rest_length].map(|values| values.chunks(first_slot, chunks))
+    pub fn bundles(&self, run: &Run) -> &[Bundle] {
+        &self.bundles[run.first_bundle..][..run.bundles]
+    }
+
+    /// The bundle of some loose springs.
+    #[inline(always)]
+    pub fn loose_bundle(&self, loose: &Loose) -> &Bundle {
+        &self.bundles[loose.bundle]
     }
 
     /// Adds the force of every spring of a block to its nodes, µN: equation (2) of the papers with the sign of a pull. When
@@ -111,89 +118,111 @@ impl Springs {
     ///
     /// Inlined, as all that it calls, into callers that were compiled for wider registers.
     #[inline(always)]
-    pub fn add_forces(&self, block: &Block, positions: &Vectors, forces: &mut Vectors) {
+    pub fn add_forces<S: Simd>(&self, simd: S, block: &Block, positions: &Vectors, forces: &mut Vectors) {
         for run in self.layout.runs(block) {
-            if run.b == run.a + 1 {
-                self.add_chain_forces(run, positions, forces);
-                continue;
-            }
-            let [ax, ay, az] = positions.chunks(run.a, run.chunks);
-            let [bx, by, bz] = positions.chunks(run.b, run.chunks);
-            let [stiffness, rest_length] = self.chunks(run.first_slot, run.chunks);
-            let [at_a, at_b] = forces.shared([run.a, run.b], run.chunks);
-            for n in 0..run.chunks {
-                let [a, b] = [[ax[n], ay[n], az[n]], [bx[n], by[n], bz[n]]];
-                let pull = pull(&stiffness[n], &rest_length[n], &a, &b);
-                at_a.add(n, &pull.tension, &pull.way);
-                at_b.add(n, &pull.tension.map(|tension| -tension), &pull.way);
+            if (run.span, run.turn) == (1, 0) {
+                self.add_chain_forces(simd, run, positions, forces);
+            } else {
+                with_turn!(run.turn, self.add_run_forces(simd, run, positions, forces));
             }
         }
-        // Positions are gathered, forces scattered, and only what lies between is vectorised.
         for loose in self.layout.loose(block) {
-            let [a, b] = loose.gather(positions);
-            let [stiffness, rest_length] = self.chunks(loose.first_slot, 1);
-            let pull = pull(&stiffness[0], &rest_length[0], &a, &b);
-            for (n, &[a, b]) in loose.ends.iter().enumerate() {
-                let way = Vec3::new(pull.way[0][n], pull.way[1][n], pull.way[2][n]);
-                forces.add(a, way * pull.tension[n]);
-                forces.add(b, way * -pull.tension[n]);
-            }
+            self.add_loose_forces(simd, loose, positions, forces);
         }
     }
 
-    /// Adds the forces of a run in which every spring begins where the one before ends. Each node's two pulls are summed in
-    /// registers: added one after the other, each would wait for the other's store, of which it reads a part.
     #[inline(always)]
-    fn add_chain_forces(&self, run: &Run, positions: &Vectors, forces: &mut Vectors) {
-        let [ax, ay, az] = positions.chunks(run.a, run.chunks);
-        let [bx, by, bz] = positions.chunks(run.b, run.chunks);
-        let [stiffness, rest_length] = self.chunks(run.first_slot, run.chunks);
-        let [at_a] = forces.shared([run.a], run.chunks);
-        let mut carried = [0.0; 3];
-        for n in 0..run.chunks {
-            let [a, b] = [[ax[n], ay[n], az[n]], [bx[n], by[n], bz[n]]];
-            let pull = pull(&stiffness[n], &rest_length[n], &a, &b);
-            let mut sums = [[0.0; CHUNK]; 3];
-            for axis in 0..3 {
-                let pulls: [f32; CHUNK] = std::array::from_fn(|n| pull.tension[n] * pull.way[axis][n]);
-                let mut before = [carried[axis]; CHUNK];
-                before[1..].copy_from_slice(&pulls[..CHUNK - 1]);
-                carried[axis] = pulls[CHUNK - 1];
-                for n in 0..CHUNK {
-                    sums[axis][n] = pulls[n] - before[n];
-                }
-            }
-            at_a.add(n, &[1.0; CHUNK], &sums);
+    fn add_run_forces<const TURN: usize, const BACK: usize, S: Simd>(
+        &self,
+        simd: S,
+        run: &Run,
+        positions: &Vectors,
+        forces: &mut Vectors,
+    ) {
+        let bundles = self.bundles(run);
+        let [lows, highs] = [run.low, run.low + run.span].map(|first| &positions.values[first..][..bundles.len()]);
+        let [at_low, at_high] = forces.shared([run.low, run.low + run.span], bundles.len());
+        for n in 0..bundles.len() {
+            let (low, high) = (Registers::load(simd, &lows[n]), Registers::load(simd, &highs[n]));
+            let pulls = pulls(simd, &bundles[n], low, high.turned::<TURN>());
+            let sum = Registers::load(simd, &at_low[n].get());
+            at_low[n].set((sum + pulls).stored());
+            let sum = Registers::load(simd, &at_high[n].get());
+            at_high[n].set((sum - pulls.turned::<BACK>()).stored());
         }
-        forces.add((run.a + run.chunks * CHUNK) as u32, -Vec3::from_array(carried));
+    }
+
+    /// Adds the forces of a run in which every spring begins where the one before ends: positions are read once, and each
+    /// site's two pulls are summed before they are added.
+    #[inline(always)]
+    fn add_chain_forces<S: Simd>(&self, simd: S, run: &Run, positions: &Vectors, forces: &mut Vectors) {
+        let bundles = self.bundles(run);
+        let places = &positions.values[run.low..][..bundles.len() + 1];
+        let forces = &mut forces.values[run.low..][..bundles.len() + 1];
+        let mut low = Registers::load(simd, &places[0]);
+        let mut before = Registers::zero(simd);
+        for n in 0..bundles.len() {
+            let high = Registers::load(simd, &places[n + 1]);
+            let pulls = pulls(simd, &bundles[n], low, high);
+            let sum = Registers::load(simd, &forces[n]);
+            forces[n] = (sum + (pulls - before)).stored();
+            (low, before) = (high, pulls);
+        }
+        let last = &mut forces[bundles.len()];
+        *last = (Registers::load(simd, last) - before).stored();
+    }
+
+    /// Positions are gathered, forces scattered, and only what lies between is done in registers.
+    #[inline(always)]
+    fn add_loose_forces<S: Simd>(&self, simd: S, loose: &Loose, positions: &Vectors, forces: &mut Vectors) {
+        let [a, b] = gather(loose, positions);
+        let (a, b) = (Registers::load(simd, &a), Registers::load(simd, &b));
+        let pulls = pulls(simd, self.loose_bundle(loose), a, b).stored();
+        for (lane, &[a, b]) in loose.ends.iter().enumerate() {
+            let pull = Vec3::from_array(pulls.map(|component| component.0[lane]));
+            forces.add(a, pull);
+            forces.add(b, -pull);
+        }
     }
 }
 
-/// The pulls of a chunk of springs between nodes at `a` and at `b`.
+/// Where the first and the second nodes of loose springs are; 0 past the last spring.
 #[inline(always)]
-fn pull(stiffness: &[f32; CHUNK], rest_length: &[f32; CHUNK], a: &Chunk, b: &Chunk) -> Pull {
-    let mut pull = Pull {
-        tension: [0.0; CHUNK],
-        way: [[0.0; CHUNK]; 3],
-    };
-    for n in 0..CHUNK {
-        let [dx, dy, dz] = [b[0][n] - a[0][n], b[1][n] - a[1][n], b[2][n] - a[2][n]];
-        let distance = dx.mul_add(dx, dy.mul_add(dy, dz * dz)).sqrt();
-        pull.tension[n] = stiffness[n] * (distance - rest_length[n]) / distance.max(SHORTEST);
-        [pull.way[0][n], pull.way[1][n], pull.way[2][n]] = [dx, dy, dz];
+pub(crate) fn gather(loose: &Loose, positions: &Vectors) -> [SiteVectors; 2] {
+    let mut places = [SiteVectors::default(); 2];
+    for (lane, pair) in loose.ends.iter().enumerate() {
+        for (places, &node) in places.iter_mut().zip(pair) {
+            for (component, place) in places.iter_mut().zip(positions.at(node).to_array()) {
+                component.0[lane] = place;
+            }
+        }
     }
-    pull
+    places
+}
+
+/// The pulls of a bundle's springs on their first nodes, at `low`, µN; on the second, at `high`, act the opposites.
+#[inline(always)]
+fn pulls<S: Simd>(simd: S, bundle: &Bundle, low: Registers<S>, high: Registers<S>) -> Registers<S> {
+    let way = high - low;
+    let length = way.length_squared().sqrt();
+    let elongation = length - load(simd, &bundle.rest_length);
+    let tension = load(simd, &bundle.stiffness) * elongation;
+    way.times(tension / length.max(f32x8::splat(simd, SHORTEST)))
+}
+
+fn bundle_and_lane(slot: u32) -> (usize, usize) {
+    (slot as usize / LANES, slot as usize % LANES)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::widest::{Widened, with_widest};
 
-    fn springs(nodes: Vec<[u32; 2]>) -> Springs {
+    fn springs(node_count: usize, nodes: Vec<[u32; 2]>) -> Springs {
         let count = nodes.len();
         let stiffness: Vec<f32> = nodes.iter().map(|[a, _]| 3.0 + *a as f32).collect();
         let rest_length: Vec<f32> = nodes.iter().map(|[_, b]| 0.25 + 0.25 * *b as f32).collect();
-        let node_count = nodes.iter().flatten().max().map_or(0, |last| *last as usize + 1);
         Springs::new(
             node_count,
             nodes,
@@ -204,58 +233,64 @@ mod tests {
         )
     }
 
-    fn add_forces(springs: &Springs, positions: &Vectors, forces: &mut Vectors) {
-        for block in springs.layout().blocks() {
-            springs.add_forces(block, positions, forces);
+    struct OfBlock<'a>(&'a Springs, &'a Block, &'a Vectors, &'a mut Vectors);
+
+    impl Widened for OfBlock<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<S: Simd>(self, simd: S) {
+            let OfBlock(springs, block, positions, forces) = self;
+            springs.add_forces(simd, block, positions, forces);
         }
     }
 
-    fn curve(count: usize) -> Vectors {
+    fn forces(springs: &Springs, positions: &Vectors) -> Vectors {
+        let mut forces = Vectors::zero(springs.layout().sites());
+        for block in springs.layout().blocks() {
+            with_widest(OfBlock(springs, block, positions, &mut forces));
+        }
+        forces
+    }
+
+    fn curve(springs: &Springs) -> Vectors {
+        let sites = springs.layout().sites();
         let place = |n: usize| {
-            [
-                (n as f32 * 0.31).sin() * 5.0,
-                (n as f32 * 0.17).cos() * 5.0,
-                n as f32 * 0.1,
-            ]
+            let n = n as f32;
+            Vec3::new((n * 0.31).sin() * 5.0, (n * 0.17).cos() * 5.0, n * 0.1)
         };
-        (0..count).map(place).collect()
+        Vectors::of(sites, (0..sites.nodes()).map(place))
     }
 
     #[test]
     fn a_spring_pulls_with_stiffness_times_elongation_along_its_axis() {
-        let springs = springs(vec![[0, 1]]);
-        let mut forces = Vectors::zero(2);
-        add_forces(
-            &springs,
-            &Vectors::from_iter([[0.0, 0.0, 0.0], [3.0, 4.0, 0.0]]),
-            &mut forces,
-        );
+        let springs = springs(2, vec![[0, 1]]);
+        let places = [Vec3::ZERO, Vec3::new(3.0, 4.0, 0.0)];
+        let forces = forces(&springs, &Vectors::of(springs.layout().sites(), places));
         // Length 5, rest 0.5, stiffness 3: 13.5 µN along (0.6, 0.8).
-        for (got, expected) in forces.get(0).into_iter().zip([8.1, 10.8, 0.0]) {
-            assert!((got - expected).abs() < 1e-5, "{got} {expected}");
-        }
-        assert_eq!(forces.get(1), forces.get(0).map(|force| -force));
+        assert!(
+            forces.at(0).abs_diff_eq(Vec3::new(8.1, 10.8, 0.0), 1e-5),
+            "{}",
+            forces.at(0)
+        );
+        assert_eq!(forces.at(1), -forces.at(0));
     }
 
     #[test]
     fn a_spring_without_length_gives_no_force_and_no_nan() {
-        let springs = springs(vec![[0, 1]]);
-        let mut forces = Vectors::zero(2);
-        add_forces(&springs, &Vectors::from_iter([[1.0, 2.0, 3.0]; 2]), &mut forces);
-        assert_eq!([forces.get(0), forces.get(1)], [[0.0; 3]; 2]);
+        let springs = springs(2, vec![[0, 1]]);
+        let places = [Vec3::new(1.0, 2.0, 3.0); 2];
+        let forces = forces(&springs, &Vectors::of(springs.layout().sites(), places));
+        assert_eq!([forces.at(0), forces.at(1)], [Vec3::ZERO; 2]);
     }
 
     #[test]
     fn internal_forces_sum_to_zero() {
-        let mut forces = Vectors::zero(400);
-        add_forces(
-            &springs((0..393).map(|n| [n, n + 7]).collect()),
-            &curve(400),
-            &mut forces,
-        );
+        let springs = springs(400, (0..393).map(|n| [n, n + 7]).collect());
+        let forces = forces(&springs, &curve(&springs));
         let (mut sum, mut size) = ([0.0f64; 3], 0.0f64);
         for n in 0..400 {
-            for (sum, force) in sum.iter_mut().zip(forces.get(n)) {
+            for (sum, force) in sum.iter_mut().zip(forces.at(n).to_array()) {
                 *sum += f64::from(force);
                 size += f64::from(force.abs());
             }
@@ -266,56 +301,68 @@ mod tests {
 
     #[test]
     fn forces_are_those_of_each_spring_alone_whatever_the_layout() {
-        // Families with gaps, over several blocks; springs that run backwards; springs that follow no order.
-        let beside = (0..1490u32).filter(|n| n % 7 != 0).map(|n| [n, n + 1]);
-        let near = (0..1500u32).filter(|n| n % 11 != 0).map(|n| [n, n + 9]);
-        let far = (0..1450u32).filter(|n| n % 13 != 0).map(|n| [n, n + 57]);
-        let back = (100..160u32).map(|n| [n, n - 50]);
-        let wild = (0..40u32).map(|n| [(n * 37) % 1500, (n * 53 + 1) % 1500]);
-        let nodes: Vec<[u32; 2]> = near.chain(far).chain(wild).chain(back).chain(beside).collect();
-        let (positions, together) = (curve(1510), springs(nodes.clone()));
-        let blocks = together.layout().blocks();
-        let distances =
-            |block| -> Vec<usize> { together.layout().runs(block).iter().map(|run| run.b - run.a).collect() };
-        assert_eq!(
-            blocks.iter().map(distances).collect::<Vec<_>>(),
-            [vec![1, 9, 50, 57], vec![1, 9, 57], vec![1, 9, 57]]
-        );
-        let mut forces = Vectors::zero(1510);
-        add_forces(&together, &positions, &mut forces);
-        let (mut one_by_one, mut sizes) = (Vectors::zero(1510), Vectors::zero(1510));
-        for pair in nodes {
-            let mut alone = Vectors::zero(1510);
-            add_forces(&springs(vec![pair]), &positions, &mut alone);
-            for end in pair {
-                one_by_one.add(end, alone.at(end));
-                sizes.add(end, alone.at(end).abs());
+        // Families with gaps, over several blocks and ranges of lanes; springs that run backwards; some twice; springs
+        // within a site; springs that follow no order.
+        const COUNT: u32 = 4510;
+        let family = |span: u32, gap: u32| {
+            let firsts = (0..COUNT - span).filter(move |n| n % gap != 0);
+            firsts.map(move |n| [n, n + span])
+        };
+        let back = (100..160u32).flat_map(|n| [[n, n - 50], [n, n - 50]]);
+        let ring = (0..COUNT / 51).map(|n| [51 * n, (51 * n + 50).min(COUNT - 1)]);
+        let wild = (0..40u32).map(|n| [(n * 37) % COUNT, (n * 53 + 1) % COUNT]);
+        let nodes: Vec<[u32; 2]> = family(9, 11)
+            .chain(family(663, 13))
+            .chain(family(1200, 7))
+            .chain(wild)
+            .chain(back)
+            .chain(ring)
+            .chain(family(1, 51))
+            .collect();
+        let springs = springs(COUNT as usize, nodes.clone());
+        let layout = springs.layout();
+        let turns: Vec<usize> = layout
+            .blocks()
+            .iter()
+            .flat_map(|block| layout.runs(block).iter().map(|run| run.turn))
+            .collect();
+        assert!([0, 1, 2, 7].iter().all(|turn| turns.contains(turn)), "{turns:?}");
+        assert!(layout.blocks().iter().any(|block| !layout.loose(block).is_empty()));
+        let positions = curve(&springs);
+        let together = forces(&springs, &positions);
+        let mut alone = vec![(glam::DVec3::ZERO, 0.0); COUNT as usize];
+        for (spring, [a, b]) in (0u32..).zip(nodes) {
+            let way = (positions.at(b) - positions.at(a)).as_dvec3();
+            let (stiffness, rest) = (springs.stiffness(spring), springs.rest_length(spring));
+            let (direction, length) = way.normalize_and_length();
+            let pull = direction * f64::from(stiffness) * (length - f64::from(rest));
+            // Of a difference of two lengths the longer one rounds.
+            let size = f64::from(stiffness) * length.max(f64::from(rest));
+            for (node, pull) in [(a, pull), (b, -pull)] {
+                let (sum, sizes) = &mut alone[node as usize];
+                *sum += pull;
+                *sizes += size;
             }
         }
-        for n in 0..1510 {
-            let sums = forces.get(n).into_iter().zip(one_by_one.get(n)).zip(sizes.get(n));
-            for ((x, y), size) in sums {
-                assert!((x - y).abs() <= 8.0 * f32::EPSILON * size, "node {n}: {x} {y}");
-            }
+        for (node, (sum, size)) in (0u32..).zip(alone) {
+            let off = together.at(node).as_dvec3().distance(sum);
+            assert!(
+                off <= 8.0 * f64::from(f32::EPSILON) * size,
+                "node {node}: {off} of {size}"
+            );
         }
     }
 
     #[test]
     fn the_forces_on_a_block_are_complete_once_it_is_done() {
-        let springs = springs(
-            (0..1400u32)
-                .flat_map(|n| [[n, n + 1], [n + 100, n], [n % 9, n + 2]])
-                .collect(),
-        );
-        let positions = curve(1501);
-        let mut all = Vectors::zero(1501);
-        add_forces(&springs, &positions, &mut all);
-        let mut so_far = Vectors::zero(1501);
+        let nodes = (0..1400u32).flat_map(|n| [[n, n + 1], [n + 100, n], [n % 9, n + 2]]);
+        let springs = springs(1501, nodes.collect());
+        let positions = curve(&springs);
+        let all = forces(&springs, &positions);
+        let mut so_far = Vectors::zero(springs.layout().sites());
         for block in springs.layout().blocks() {
-            springs.add_forces(block, &positions, &mut so_far);
-            for node in block.nodes.clone() {
-                assert_eq!(so_far.get(node), all.get(node));
-            }
+            with_widest(OfBlock(&springs, block, &positions, &mut so_far));
+            assert_eq!(so_far.values[block.sites.clone()], all.values[block.sites.clone()]);
         }
     }
 }

@@ -5,7 +5,8 @@
 //! Everything is an array over nodes, springs or pentahedra, one array a quantity. The hot loop (forces, then motion)
 //! reads positions, stiffness and rest length and writes forces and velocities; in arrays of their own these are
 //! contiguous, 4 bytes a component, and nothing that the loop does not read takes room in its caches. An array of node
-//! structures would carry masses, loads and flags (80 bytes a node) through the cache to use 24.
+//! structures would carry masses, loads and flags (80 bytes a node) through the cache to use 24. Within an array nodes lie
+//! by sites of eight (`sites.rs`).
 //!
 //! Indices are `u32`, given once and never reused: a removed node, spring or pentahedron keeps its index and is marked.
 //! What removal leaves in the hot arrays (stiffness 0, inverse mass 0) computes to nothing, so a removal touches only what
@@ -24,7 +25,7 @@ use crate::collapse::Collapse;
 use crate::motion::Scratch;
 use crate::springs::Springs;
 use crate::surface::Surface;
-use crate::vectors::Vectors;
+use crate::vectors::{Scalars, Vectors};
 
 /// What moves: the state that one step turns into the next.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,15 +44,15 @@ pub(crate) struct Nodes {
     pub rest: Vectors,
     pub kind: Vec<NodeKind>,
     /// g; what the living pentahedra around the node lend it.
-    pub mass: Vec<f32>,
+    pub mass: Scalars,
     /// Damping over mass, 1/s.
-    pub damping_rate: Vec<f32>,
+    pub damping_rate: Scalars,
     /// 1/g, see [`Tissue::inertia_g`]; 0 for nodes that do not move: removed ones, fixed ones
     /// and those put aside.
-    pub inverse_inertia: Vec<f32>,
+    pub inverse_inertia: Scalars,
     /// Stiffness of the bed that holds a capsule node at its rest position, µN/mm.
-    pub support: Vec<f32>,
-    /// Ranges of nodes in which every node is held by the bed.
+    pub support: Scalars,
+    /// Ranges of sites with a node that is held by the bed.
     pub supported: Vec<Range<usize>>,
     /// The user's load, µN.
     pub load: Vectors,
@@ -171,7 +172,7 @@ pub(crate) struct Living {
 impl Tissue {
     /// Nodes the tissue was built with; their indices are below this for good.
     pub fn node_count(&self) -> usize {
-        self.nodes.mass.len()
+        self.nodes.alive.len()
     }
 
     /// Springs the tissue was built with.
@@ -244,20 +245,20 @@ impl Tissue {
     /// Mass of a node, g; falls as pentahedra around it are removed.
     #[inline]
     pub fn mass_g(&self, node: u32) -> f32 {
-        self.nodes.mass[node as usize]
+        self.nodes.mass.at(node)
     }
 
     /// Inertia of a node, g: its mass, or more where that would ask for a step much shorter than the rest of the tissue
     /// needs (see `bound.rs`). 0 for a node that does not move. As of the last advance.
     pub fn inertia_g(&self, node: u32) -> f32 {
-        let inverse = self.nodes.inverse_inertia[node as usize];
+        let inverse = self.nodes.inverse_inertia.at(node);
         if inverse > 0.0 { 1.0 / inverse } else { 0.0 }
     }
 
     /// Damping of a node, gamma of equation (1), g/s.
     #[inline]
     pub fn damping_g_per_s(&self, node: u32) -> f32 {
-        self.nodes.damping_rate[node as usize] * self.mass_g(node)
+        self.nodes.damping_rate.at(node) * self.mass_g(node)
     }
 
     /// The user's load on a node, µN.
@@ -399,7 +400,8 @@ impl Tissue {
             0.0,
             "a finite number, 0 or more",
         )?;
-        self.nodes.damping_rate[node as usize] = damping_g_per_s / self.mass_g(node);
+        let rate = damping_g_per_s / self.mass_g(node);
+        self.nodes.damping_rate.set(node, rate);
         self.forget_inertias();
         Ok(())
     }
@@ -416,9 +418,8 @@ impl Tissue {
             "a finite number above 0",
         )?;
         let damping = self.damping_g_per_s(node);
-        let index = node as usize;
-        self.nodes.mass[index] = mass_g;
-        self.nodes.damping_rate[index] = damping / mass_g;
+        self.nodes.mass.set(node, mass_g);
+        self.nodes.damping_rate.set(node, damping / mass_g);
         self.forget_inertias();
         Ok(())
     }

@@ -164,7 +164,7 @@ impl Tissue {
                     return Err(Inconsistency::OrphanNode(node));
                 }
             }
-            let (mass, inverse_inertia) = (self.nodes.mass[index], self.nodes.inverse_inertia[index]);
+            let (mass, inverse_inertia) = (self.nodes.mass.at(node), self.nodes.inverse_inertia.at(node));
             let moves = alive && !self.nodes.put_aside[index] && !self.nodes.fixed[index];
             if moves != (inverse_inertia > 0.0) || !inverse_inertia.is_finite() || !mass.is_finite() {
                 return Err(Inconsistency::NodeMass {

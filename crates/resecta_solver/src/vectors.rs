@@ -1,136 +1,272 @@
-//! Three-dimensional vectors as a structure of arrays, the layout of every hot loop: one component of consecutive nodes
-//! fills one vector register.
+//! Numbers and three-dimensional vectors of all nodes, site by site (`sites.rs`), the layout of every hot loop.
 
 use std::cell::Cell;
+use std::ops::{Add, Sub};
 
+use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::Vec3;
 
-use crate::aligned::{Aligned, CHUNK};
+use crate::sites::{LANES, Lanes, Sites};
+use crate::widest::{Widened, fused, with_widest};
 
-/// The vectors of a chunk of nodes, by component.
-pub(crate) type Chunk = [[f32; CHUNK]; 3];
+/// The vectors of a site, by component.
+pub(crate) type SiteVectors = [Lanes; 3];
 
-/// One vector a node, by component. Behind the last node stand as many zeros as a chunk may reach past it.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Vectors {
-    components: [Aligned; 3],
-    count: usize,
+/// The vectors of a site in registers, by component.
+///
+/// Everything about them is inlined by force: what is not has been compiled for narrower registers. `array::map` is not.
+#[derive(Clone, Copy)]
+pub(crate) struct Registers<S: Simd> {
+    pub x: f32x8<S>,
+    pub y: f32x8<S>,
+    pub z: f32x8<S>,
 }
 
-/// Consecutive nodes of some vectors, chunk by chunk, that others may read and write too: the two ends of springs overlap.
-#[derive(Clone, Copy)]
-pub(crate) struct Shared<'a>([&'a [[Cell<f32>; CHUNK]]; 3]);
+/// One number a node; 0 in lanes that hold no node.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Scalars {
+    pub values: Vec<Lanes>,
+    sites: Sites,
+}
+
+/// One vector a node; 0 in lanes that hold no node.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Vectors {
+    pub values: Vec<SiteVectors>,
+    sites: Sites,
+}
+
+impl Scalars {
+    pub fn zero(sites: Sites) -> Scalars {
+        Scalars {
+            values: vec![Lanes::default(); sites.count()],
+            sites,
+        }
+    }
+
+    /// The numbers of the nodes, in their order.
+    pub fn of(sites: Sites, numbers: impl IntoIterator<Item = f32>) -> Scalars {
+        let mut all = Scalars::zero(sites);
+        for (node, number) in (0..).zip(numbers) {
+            all.set(node, number);
+        }
+        all
+    }
+
+    #[inline(always)]
+    pub fn at(&self, node: u32) -> f32 {
+        let (site, lane) = self.sites.place(node);
+        self.values[site].0[lane]
+    }
+
+    #[inline(always)]
+    pub fn set(&mut self, node: u32, number: f32) {
+        let (site, lane) = self.sites.place(node);
+        self.values[site].0[lane] = number;
+    }
+
+    /// The numbers of all nodes, in their order.
+    pub fn iter(&self) -> impl Iterator<Item = f32> + '_ {
+        (0..self.sites.nodes() as u32).map(|node| self.at(node))
+    }
+}
 
 impl Vectors {
-    pub fn zero(count: usize) -> Vectors {
-        let zeros = Aligned::filled(count + CHUNK, 0.0);
+    pub fn zero(sites: Sites) -> Vectors {
         Vectors {
-            components: [zeros.clone(), zeros.clone(), zeros],
-            count,
+            values: vec![SiteVectors::default(); sites.count()],
+            sites,
         }
+    }
+
+    /// The vectors of the nodes, in their order.
+    pub fn of(sites: Sites, vectors: impl IntoIterator<Item = Vec3>) -> Vectors {
+        let mut all = Vectors::zero(sites);
+        for (node, vector) in (0..).zip(vectors) {
+            all.set(node, vector);
+        }
+        all
     }
 
     #[inline(always)]
     pub fn copy_from(&mut self, other: &Vectors) {
-        for (to, from) in self.each_mut().into_iter().zip(other.each()) {
-            to.copy_from_slice(from);
-        }
-    }
-
-    pub fn fill_zero(&mut self) {
-        for component in &mut self.components {
-            component.fill(0.0);
-        }
-    }
-
-    #[inline(always)]
-    pub fn get(&self, node: usize) -> [f32; 3] {
-        let [x, y, z] = &self.components;
-        [x[node], y[node], z[node]]
+        self.values.copy_from_slice(&other.values);
     }
 
     #[inline(always)]
     pub fn at(&self, node: u32) -> Vec3 {
-        Vec3::from_array(self.get(node as usize))
+        let (site, lane) = self.sites.place(node);
+        Vec3::from_array(self.values[site].map(|component| component.0[lane]))
     }
 
     #[inline(always)]
-    pub fn set(&mut self, node: u32, value: Vec3) {
-        for (component, value) in self.components.iter_mut().zip(value.to_array()) {
-            component[node as usize] = value;
+    pub fn set(&mut self, node: u32, vector: Vec3) {
+        let (site, lane) = self.sites.place(node);
+        for (component, value) in self.values[site].iter_mut().zip(vector.to_array()) {
+            component.0[lane] = value;
         }
     }
 
     #[inline(always)]
-    pub fn add(&mut self, node: u32, value: Vec3) {
-        self.set(node, self.at(node) + value);
+    pub fn add(&mut self, node: u32, vector: Vec3) {
+        self.set(node, self.at(node) + vector);
     }
 
-    /// The vectors of [`CHUNK`] consecutive nodes.
-    #[inline(always)]
-    pub fn chunk(&self, first: usize) -> Chunk {
-        self.chunks(first, 1).map(|chunks| chunks[0])
+    /// The nodes whose vector ends within `radius` of a point. Looks at all, some ten thousand in 3 µs.
+    pub fn within(&self, centre: Vec3, radius: f32) -> Vec<u32> {
+        with_widest(Within {
+            vectors: self,
+            centre,
+            radius,
+        })
     }
 
-    /// The vectors of `chunks` chunks of nodes from `first` on.
+    /// `count` sites from each of `firsts` on, to be read and written side by side though they overlap.
     #[inline(always)]
-    pub fn chunks(&self, first: usize, chunks: usize) -> [&[[f32; CHUNK]]; 3] {
-        let [x, y, z] = &self.components;
-        [x, y, z].map(|component| component.chunks(first, chunks))
-    }
-
-    /// The same, to be written by several at once.
-    #[inline(always)]
-    pub fn shared<const N: usize>(&mut self, firsts: [usize; N], chunks: usize) -> [Shared<'_>; N] {
-        let components = self
-            .components
-            .each_mut()
-            .map(|component| Cell::from_mut(&mut **component).as_slice_of_cells());
-        firsts.map(|first| Shared(components.map(|component| &component[first..].as_chunks().0[..chunks])))
-    }
-
-    /// The components of all nodes.
-    #[inline(always)]
-    pub fn each(&self) -> [&[f32]; 3] {
-        let [x, y, z] = &self.components;
-        [&x[..self.count], &y[..self.count], &z[..self.count]]
-    }
-
-    #[inline(always)]
-    pub fn each_mut(&mut self) -> [&mut [f32]; 3] {
-        let count = self.count;
-        self.components.each_mut().map(|component| &mut component[..count])
+    pub fn shared<const N: usize>(&mut self, firsts: [usize; N], count: usize) -> [&[Cell<SiteVectors>]; N] {
+        let cells = Cell::from_mut(&mut self.values[..]).as_slice_of_cells();
+        firsts.map(|first| &cells[first..][..count])
     }
 }
 
-impl Shared<'_> {
-    /// Adds the values, each times its factor, to the nodes of a chunk.
+struct Within<'a> {
+    vectors: &'a Vectors,
+    centre: Vec3,
+    radius: f32,
+}
+
+impl Widened for Within<'_> {
+    type Output = Vec<u32>;
+
     #[inline(always)]
-    pub fn add(&self, chunk: usize, factors: &[f32; CHUNK], values: &Chunk) {
-        for (component, values) in self.0.iter().zip(values) {
-            let place = &component[chunk];
-            // Read, added and written as a whole: only so does the compiler keep to whole registers.
-            let mut sums = [0.0; CHUNK];
-            for n in 0..CHUNK {
-                sums[n] = place[n].get();
+    fn run<S: Simd>(self, simd: S) -> Vec<u32> {
+        let Within {
+            vectors,
+            centre,
+            radius,
+        } = self;
+        let centre = Registers {
+            x: f32x8::splat(simd, centre.x),
+            y: f32x8::splat(simd, centre.y),
+            z: f32x8::splat(simd, centre.z),
+        };
+        let reach = f32x8::splat(simd, radius * radius);
+        let mut within = Vec::new();
+        for (site, places) in vectors.values.iter().enumerate() {
+            let squares = (Registers::load(simd, places) - centre).length_squared();
+            if squares.simd_le(reach).any_true() {
+                let near = (0..LANES).filter(|&lane| squares[lane] <= radius * radius);
+                within.extend(near.filter_map(|lane| vectors.sites.node(site, lane)));
             }
-            for n in 0..CHUNK {
-                sums[n] = factors[n].mul_add(values[n], sums[n]);
-            }
-            for n in 0..CHUNK {
-                place[n].set(sums[n]);
-            }
+        }
+        within
+    }
+}
+
+/// A site's numbers in a register.
+#[inline(always)]
+pub(crate) fn load<S: Simd>(simd: S, lanes: &Lanes) -> f32x8<S> {
+    f32x8::from_slice(simd, &lanes.0)
+}
+
+/// The other way.
+#[inline(always)]
+pub(crate) fn store<S: Simd>(register: f32x8<S>, lanes: &mut Lanes) {
+    register.store_slice(&mut lanes.0);
+}
+
+impl<S: Simd> Registers<S> {
+    #[inline(always)]
+    pub fn zero(simd: S) -> Registers<S> {
+        let zero = f32x8::splat(simd, 0.0);
+        Registers {
+            x: zero,
+            y: zero,
+            z: zero,
+        }
+    }
+
+    #[inline(always)]
+    pub fn load(simd: S, vectors: &SiteVectors) -> Registers<S> {
+        Registers {
+            x: load(simd, &vectors[0]),
+            y: load(simd, &vectors[1]),
+            z: load(simd, &vectors[2]),
+        }
+    }
+
+    #[inline(always)]
+    pub fn stored(self) -> SiteVectors {
+        let mut vectors = SiteVectors::default();
+        store(self.x, &mut vectors[0]);
+        store(self.y, &mut vectors[1]);
+        store(self.z, &mut vectors[2]);
+        vectors
+    }
+
+    /// Each vector times its factor.
+    #[inline(always)]
+    pub fn times(self, factor: f32x8<S>) -> Registers<S> {
+        Registers {
+            x: self.x * factor,
+            y: self.y * factor,
+            z: self.z * factor,
+        }
+    }
+
+    /// Each vector times its factor, plus another; rounded once.
+    #[inline(always)]
+    pub fn times_plus(self, factor: f32x8<S>, other: Registers<S>) -> Registers<S> {
+        Registers {
+            x: fused(factor, self.x, other.x),
+            y: fused(factor, self.y, other.y),
+            z: fused(factor, self.z, other.z),
+        }
+    }
+
+    #[inline(always)]
+    pub fn length_squared(self) -> f32x8<S> {
+        fused(self.x, self.x, fused(self.y, self.y, self.z * self.z))
+    }
+
+    /// Turned on: lane `n` gets what lane `(n + TURN) % 8` held.
+    #[inline(always)]
+    pub fn turned<const TURN: usize>(self) -> Registers<S> {
+        if TURN == 0 {
+            return self;
+        }
+        Registers {
+            x: self.x.slide::<TURN>(self.x),
+            y: self.y.slide::<TURN>(self.y),
+            z: self.z.slide::<TURN>(self.z),
         }
     }
 }
 
-impl FromIterator<[f32; 3]> for Vectors {
-    fn from_iter<I: IntoIterator<Item = [f32; 3]>>(vectors: I) -> Self {
-        let vectors: Vec<[f32; 3]> = vectors.into_iter().collect();
-        let mut all = Vectors::zero(vectors.len());
-        for (node, vector) in (0..).zip(vectors) {
-            all.set(node, Vec3::from_array(vector));
+impl<S: Simd> Add for Registers<S> {
+    type Output = Registers<S>;
+
+    #[inline(always)]
+    fn add(self, other: Registers<S>) -> Registers<S> {
+        Registers {
+            x: self.x + other.x,
+            y: self.y + other.y,
+            z: self.z + other.z,
         }
-        all
     }
 }
+
+impl<S: Simd> Sub for Registers<S> {
+    type Output = Registers<S>;
+
+    #[inline(always)]
+    fn sub(self, other: Registers<S>) -> Registers<S> {
+        Registers {
+            x: self.x - other.x,
+            y: self.y - other.y,
+            z: self.z - other.z,
+        }
+    }
+}
+
+const _: () = assert!(LANES == 8, "registers are f32x8");
