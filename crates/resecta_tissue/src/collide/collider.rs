@@ -2,9 +2,10 @@
 
 use bevy::prelude::*;
 use parry3d::{
-    bounding_volume::Aabb,
+    bounding_volume::{Aabb, BoundingVolume},
     partitioning::{Bvh, BvhWorkspace},
 };
+use resecta_solver::Surface;
 
 use super::{
     closest::{ClosestPoints, point_triangle},
@@ -18,16 +19,32 @@ pub const DEPTH_LIMIT_MM: f32 = 3.0;
 
 /// The hierarchy and what it was built from. It is never rebuilt: triangles that appear are inserted, those that go are
 /// removed, and all others are refitted in place.
+///
+/// A leaf is a *patch* of up to [`PATCH`] triangles that appeared together, and so lie together: a gland has thousands of
+/// triangles to refit every step, and a tool is near a few dozen.
 #[derive(Component, Default)]
 pub struct Collider {
     bvh: Bvh,
     workspace: BvhWorkspace,
-    /// The triangle in each slot of the surface at the last refit; none where the slot is free.
-    triangles: Vec<Option<[u32; 3]>>,
+    patches: Vec<Vec<Known>>,
+    /// Patches without a triangle.
+    free: Vec<u32>,
+    /// The patch of the triangle in each slot of the surface at the last update; none where the slot is free.
+    patch_of: Vec<Option<u32>>,
     topology: Option<u64>,
     /// The contacts found last.
     found: Vec<Found>,
 }
+
+/// A triangle of a patch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Known {
+    slot: u32,
+    nodes: [u32; 3],
+}
+
+/// Most triangles in a patch: twice as many or half as many cost a step more.
+const PATCH: usize = 8;
 
 /// A triangle of the surface with its corners where they are now.
 #[derive(Debug, Clone, Copy)]
@@ -48,28 +65,54 @@ impl Face {
 impl Collider {
     /// Brings the hierarchy up to date with the tissue.
     pub fn update(&mut self, tissue: &resecta_solver::Tissue) {
-        let surface = tissue.surface();
-        if self.topology != Some(surface.version()) {
-            self.topology = Some(surface.version());
-            let slots = surface.slot_count();
-            self.triangles.resize(slots.max(self.triangles.len()), None);
-            for slot in 0..self.triangles.len() as u32 {
-                let triangle = surface.triangle(slot);
-                let known = std::mem::replace(&mut self.triangles[slot as usize], triangle);
-                if known.is_some() && triangle.is_none() {
-                    self.bvh.remove(slot);
-                } else if let (None, Some(nodes)) = (known, triangle) {
-                    self.bvh.insert(bounds(&corners(tissue, nodes)), slot);
-                }
-            }
+        if self.topology != Some(tissue.surface().version()) {
+            self.topology = Some(tissue.surface().version());
+            self.update_patches(tissue.surface());
         }
-        for (slot, nodes) in self.triangles.iter().enumerate() {
-            if let Some(nodes) = nodes {
-                self.bvh
-                    .insert_or_update_partially(bounds(&corners(tissue, *nodes)), slot as u32, 0.0);
+        for (patch, known) in (0u32..).zip(&self.patches) {
+            let bounds = known.iter().map(|known| bounds(&corners(tissue, known.nodes)));
+            if let Some(bounds) = bounds.reduce(|one, other| one.merged(&other)) {
+                self.bvh.insert_or_update_partially(bounds, patch, 0.0);
             }
         }
         self.bvh.refit(&mut self.workspace);
+    }
+
+    /// Takes triangles that went out of their patches, and puts those that appeared into new ones.
+    fn update_patches(&mut self, surface: &Surface) {
+        self.patch_of
+            .resize(surface.slot_count().max(self.patch_of.len()), None);
+        let mut appeared = Vec::new();
+        for (slot, patch) in (0u32..).zip(&mut self.patch_of) {
+            let triangle = surface.triangle(slot);
+            if let Some(number) = *patch {
+                let known = &mut self.patches[number as usize];
+                if known
+                    .iter()
+                    .any(|known| known.slot == slot && triangle == Some(known.nodes))
+                {
+                    continue;
+                }
+                // Gone, or another one in its place.
+                known.retain(|known| known.slot != slot);
+                if known.is_empty() {
+                    self.bvh.remove(number);
+                    self.free.push(number);
+                }
+                *patch = None;
+            }
+            appeared.extend(triangle.map(|nodes| Known { slot, nodes }));
+        }
+        for known in appeared.chunks(PATCH) {
+            let number = self.free.pop().unwrap_or_else(|| {
+                self.patches.push(Vec::new());
+                self.patches.len() as u32 - 1
+            });
+            for known in known {
+                self.patch_of[known.slot as usize] = Some(number);
+            }
+            self.patches[number as usize].extend_from_slice(known);
+        }
     }
 
     /// Whether nothing was cut since the last update.
@@ -109,11 +152,11 @@ impl Collider {
             axis.at(axis.share_nearest(centre)).distance_squared(centre) <= reach * reach
         };
         found.clear();
-        found.extend(
-            self.bvh
-                .leaves(|node| near(node.mins(), node.maxs()))
-                .filter_map(|slot| self.face(tissue, slot)),
-        );
+        let patches = self.bvh.leaves(|node| near(node.mins(), node.maxs()));
+        found.extend(patches.flat_map(|patch| self.faces(tissue, patch)).filter(|face| {
+            let bounds = bounds(&face.corners);
+            near(bounds.mins, bounds.maxs)
+        }));
         found.sort_unstable_by_key(|face| face.slot);
     }
 
@@ -125,12 +168,14 @@ impl Collider {
     pub fn nearest_face(&self, tissue: &resecta_solver::Tissue, point: Vec3) -> Option<Nearest> {
         let reach = Vec3::splat(DEPTH_LIMIT_MM);
         let around = Aabb::new(point - reach, point + reach);
-        let mut slots: Vec<u32> = self.bvh.intersect_aabb(&around).collect();
-        slots.sort_unstable();
+        let patches = self.bvh.intersect_aabb(&around);
+        let faces = patches.flat_map(|patch| self.faces(tissue, patch));
+        let mut faces: Vec<Face> = faces.filter(|face| bounds(&face.corners).intersects(&around)).collect();
+        faces.sort_unstable_by_key(|face| face.slot);
         const TIE_MM: f32 = 1e-4;
         let mut candidates: Vec<(Face, ClosestPoints)> = Vec::new();
         let mut distance = DEPTH_LIMIT_MM;
-        for face in slots.into_iter().filter_map(|slot| self.face(tissue, slot)) {
+        for face in faces {
             // No point of a face is further from one corner than its longer edge there: most are too far at a glance.
             let [a, b, c] = face.corners;
             let size = a.distance_squared(b).max(a.distance_squared(c)).sqrt();
@@ -163,9 +208,9 @@ impl Collider {
         best.map(|(_, nearest)| nearest)
     }
 
-    fn face(&self, tissue: &resecta_solver::Tissue, slot: u32) -> Option<Face> {
-        let nodes = (*self.triangles.get(slot as usize)?)?;
-        Some(Face {
+    /// The triangles of a patch.
+    fn faces(&self, tissue: &resecta_solver::Tissue, patch: u32) -> impl Iterator<Item = Face> {
+        self.patches[patch as usize].iter().map(|&Known { slot, nodes }| Face {
             slot,
             nodes,
             corners: corners(tissue, nodes),
