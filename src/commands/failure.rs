@@ -57,6 +57,8 @@ pub enum Failure {
     Rates { case: String, source: RateError },
     #[error(transparent)]
     SpringScene(#[from] SpringSceneError),
+    #[error(transparent)]
+    Accuracy(#[from] resecta_methods::ReportError),
     #[error("{}: {problem}", scene.display())]
     Solve { scene: PathBuf, problem: String },
     #[error("{}: cannot be written: {source}", file.display())]

@@ -1,5 +1,6 @@
 //! The command line: what may be typed, and what each command does.
 
+mod accuracy;
 mod failure;
 mod files;
 mod generate;
@@ -50,6 +51,7 @@ enum Command {
     Run(run::Run),
     Rates(rates::Rates),
     Solve(solve::Solve),
+    Accuracy(accuracy::Accuracy),
 }
 
 impl Cli {
@@ -62,6 +64,7 @@ impl Cli {
             Some(Command::Run(run)) => run.run(),
             Some(Command::Rates(rates)) => rates.run(),
             Some(Command::Solve(solve)) => solve.run(),
+            Some(Command::Accuracy(accuracy)) => accuracy.run(),
             None => self.game.run(),
         }
     }
