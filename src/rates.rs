@@ -35,6 +35,9 @@ const CUTTING_RADIUS_MM: f32 = 5.0;
 /// Cuts into one gland, before a fresh one is taken.
 const CUTS_A_GLAND: usize = 12;
 
+/// Updates of a quiet gland that are measured, after as many that let it come to rest.
+const QUIET_UPDATES: usize = 40;
+
 /// Updates are measured for at least this long.
 const MEASURED: Duration = Duration::from_millis(1500);
 
@@ -56,6 +59,8 @@ pub struct Rate {
     pub pentahedra: usize,
     /// Updates a second, of the median update.
     pub updates_per_s: f64,
+    /// Time of an update of the gland at rest, with nothing touching it, over that of the median update.
+    pub quiet_share: f64,
     /// Error of one update's deformation against the reference solution, root mean square over the living nodes, mm.
     pub rms_error_mm: f64,
     /// Substeps of an update.
@@ -121,13 +126,15 @@ pub fn measure(case: &Case, alpha_deg: f64, material: &Material) -> Result<Rate,
         rms_error_mm.get_or_insert_with(|| step_error_mm(theatre.tissue().solver()));
     }
     times.sort_unstable();
+    let median = times[times.len() / 2].as_secs_f64();
     Ok(Rate {
         alpha_deg,
         angle_used_deg: lattice.angle_deg,
         nodes: gland.node_count(),
         springs: gland.spring_count(),
         pentahedra: gland.pentahedron_count(),
-        updates_per_s: 1.0 / times[times.len() / 2].as_secs_f64(),
+        updates_per_s: 1.0 / median,
+        quiet_share: quiet_update_s(gland.clone()) / median,
         rms_error_mm: rms_error_mm.unwrap_or(f64::NAN),
         substeps,
         resected: resected as f64 / times.len() as f64,
@@ -137,6 +144,21 @@ pub fn measure(case: &Case, alpha_deg: f64, material: &Material) -> Result<Rate,
             .find(|(alpha, _)| *alpha == alpha_deg)
             .map(|(_, rate)| *rate),
     })
+}
+
+/// Time of an update of a gland that has come to rest, s: the median of some.
+fn quiet_update_s(gland: resecta_solver::Tissue) -> f64 {
+    let mut theatre = Theatre::new(gland);
+    let mut times = Vec::new();
+    for update in 0..2 * QUIET_UPDATES {
+        let start = Instant::now();
+        theatre.app.update();
+        if update >= QUIET_UPDATES {
+            times.push(start.elapsed());
+        }
+    }
+    times.sort_unstable();
+    times[times.len() / 2].as_secs_f64()
 }
 
 /// Error of the next 1/60 s of a tissue, root mean square over its living nodes, mm.

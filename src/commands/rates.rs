@@ -53,6 +53,7 @@ impl Rates {
             println!(
                 "An update: collision, resection with c_r = 5 mm, deformation over 1/60 s, surface rebuild; one thread."
             );
+            println!("At rest: an update of a gland that nothing touches, over one of the gland that is cut.");
             println!("Papers: one processor of 1 GHz. Error: of one update's deformation, RMS over the nodes.");
             print_table("The lattice of the papers, six neighbours a node", &rows);
             print_table("The material of the case, which resists shear", &resisting);
@@ -64,13 +65,13 @@ impl Rates {
 fn print_table(title: &str, rates: &[Rate]) {
     println!("\n{title}\n");
     println!(
-        "{:>5} {:>7} {:>8} {:>10} {:>9} {:>9} {:>8} {:>9} {:>9}",
-        "alpha", "nodes", "springs", "pentahedra", "papers/s", "ours/s", "times", "substeps", "error mm"
+        "{:>5} {:>7} {:>8} {:>10} {:>9} {:>9} {:>8} {:>9} {:>9} {:>8}",
+        "alpha", "nodes", "springs", "pentahedra", "papers/s", "ours/s", "times", "substeps", "error mm", "at rest"
     );
     for rate in rates {
         let paper = rate.paper_updates_per_s.unwrap_or(f64::NAN);
         println!(
-            "{:>5.1} {:>7} {:>8} {:>10} {:>9.2} {:>9.1} {:>8.1} {:>9} {:>9.1e}",
+            "{:>5.1} {:>7} {:>8} {:>10} {:>9.2} {:>9.1} {:>8.1} {:>9} {:>9.1e} {:>6.1} %",
             rate.alpha_deg,
             rate.nodes,
             rate.springs,
@@ -79,7 +80,8 @@ fn print_table(title: &str, rates: &[Rate]) {
             rate.updates_per_s,
             rate.updates_per_s / paper,
             rate.substeps,
-            rate.rms_error_mm
+            rate.rms_error_mm,
+            100.0 * rate.quiet_share
         );
     }
 }
@@ -94,6 +96,7 @@ fn row(rate: &Rate) -> Value {
         "updates_per_s": rate.updates_per_s,
         "rms_error_mm": rate.rms_error_mm,
         "paper_updates_per_s": rate.paper_updates_per_s,
+        "quiet_update_share": rate.quiet_share,
         "substeps": rate.substeps,
         "pentahedra_resected_an_update": rate.resected,
         "updates": rate.updates,

@@ -93,12 +93,12 @@ pub fn begin(world: &mut World, prepared: PreparedExercise) {
     let active = spawn_exercise(world, prepared);
     world.entity_mut(active.instrument).insert(InstrumentSource::Live);
     if let Some(mut settings) = world.get_mut::<TissueSettings>(active.tissue) {
-        settings.estimate_error_every = STEPS_AN_ESTIMATE;
+        settings.watch_error_every = STEPS_A_WATCH;
     }
 }
 
-/// The panel shows an estimate of the step's error that is never older than this many steps, 2 s: three steps' work in 120.
-const STEPS_AN_ESTIMATE: u32 = 120;
+/// The panel shows an error of the step that is never older than this many steps, 2 s: some five steps' work in 120.
+const STEPS_A_WATCH: u32 = 120;
 
 /// The keys of the game. None of them is among the instrument's bindings.
 pub const KEYS: [(&str, &str); 8] = [

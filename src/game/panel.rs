@@ -193,11 +193,7 @@ fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {
             format!("{}, {}", diagnostics.substeps, diagnostics.contacts),
             plain,
         ),
-        (
-            "Error estimate",
-            format!("{:.0e} mm", diagnostics.error_estimate_mm),
-            plain,
-        ),
+        ("Error estimate", format!("{:.0e} mm", diagnostics.error_mm), plain),
         ("Frame", format!("{:.1} ms, {rate:.0} /s", pace.frame_s * 1e3), plain),
         (
             "Speed",

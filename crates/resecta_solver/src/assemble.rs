@@ -9,11 +9,14 @@ use crate::bound::Weighing;
 use crate::collapse::Collapse;
 use crate::mesh::{MeshError, Share, TissueMesh};
 use crate::motion::Scratch;
+use crate::ranges::{FURTHEST_MM, HEAVIEST_G, MOST_DAMPED, SHORTEST_MM, STIFFEST, within};
 use crate::sites::Lanes;
+use crate::sleep::Sleep;
 use crate::springs::Springs;
 use crate::surface::Surface;
 use crate::tissue::{Living, Motion, NodeKind, Nodes, Pentahedra, Tissue};
 use crate::vectors::{Scalars, Vectors};
+use crate::watch::Accuracy;
 use crate::{Material, ShearResistance};
 
 /// Elements of a kind that 32-bit indices can name, five faces a pentahedron included.
@@ -62,7 +65,7 @@ impl Tissue {
 
         let surface = Surface::new(&mesh.pentahedra)?;
         let springs = springs(mesh, material)?;
-        let sites = springs.layout().sites();
+        let (sites, sleep) = (springs.layout().sites(), Sleep::none(springs.layout()));
         let rest = Vectors::of(sites, mesh.positions.iter().map(|position| position.as_vec3()));
         let (support, capsule_area) = support(mesh, material, &kind, &mass, &surface);
         let support = Scalars::of(sites, support);
@@ -125,6 +128,10 @@ impl Tissue {
             bound: None,
             weighing: Weighing::new(),
             fastest: f32::INFINITY,
+            sleep,
+            motion_version: 0,
+            accuracy: Accuracy::new(),
+            watch: None,
             scratch: Scratch::new(sites, mesh.springs.len()),
         };
         tissue.reach = (0..tissue.pentahedron_count() as u32)
@@ -133,12 +140,51 @@ impl Tissue {
                 tissue.rest_position(first).distance(tissue.rest_centroid(pentahedron))
             })
             .fold(0.0, f32::max);
+        tissue.check_ranges()?;
         if let ShearResistance::PreTension(strain) = material.shear {
             tissue.tension(strain);
         }
         tissue.limit_frequencies();
         tissue.bound_s();
         Ok(tissue)
+    }
+
+    /// Checks that mesh and material give numbers that can be computed with (`ranges.rs`).
+    fn check_ranges(&self) -> Result<(), MeshError> {
+        let error = |field, what, index: u32, value, expected| {
+            Err(MeshError::Range {
+                field,
+                what,
+                index: index as usize,
+                value,
+                expected,
+            })
+        };
+        for node in 0..self.node_count() as u32 {
+            let place = self.rest_position(node).abs().max_element();
+            let (mass, rate) = (self.nodes.mass.at(node), self.nodes.damping_rate.at(node));
+            let support = self.nodes.support.at(node);
+            for (field, value, [least, most], expected) in [
+                ("position", place, [0.0, FURTHEST_MM], "within 10 m"),
+                ("mass", mass, [f32::MIN_POSITIVE, HEAVIEST_G], "above 0, up to 1e12 g"),
+                ("damping over mass", rate, [0.0, MOST_DAMPED], "0 to 1e24 1/s"),
+                ("support", support, [0.0, STIFFEST], "0 to 1e18 µN/mm"),
+            ] {
+                if !within(value, least, most) {
+                    return error(field, "node", node, value, expected);
+                }
+            }
+        }
+        for spring in 0..self.spring_count() as u32 {
+            let (length, stiffness) = (self.springs.rest_length(spring), self.springs.stiffness(spring));
+            if !within(length, SHORTEST_MM, FURTHEST_MM) {
+                return error("rest length", "spring", spring, length, "1e-6 mm to 10 m");
+            }
+            if !within(stiffness, 0.0, STIFFEST) {
+                return error("stiffness", "spring", spring, stiffness, "0 to 1e18 µN/mm");
+            }
+        }
+        Ok(())
     }
 
     /// Shortens every spring's rest length by the strain and balances the tension in the shape as built.

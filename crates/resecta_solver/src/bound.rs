@@ -25,6 +25,7 @@
 use crate::motion::StepError;
 use crate::sites::LANES;
 use crate::tissue::{Nodes, Tissue};
+use crate::watch::Effort;
 
 /// Substeps are shortened below the bound by this factor: squares of frequencies may grow by a fifth within an advance.
 const SAFETY: f64 = 0.9;
@@ -79,17 +80,17 @@ impl Weighing {
 }
 
 impl Plan {
-    /// As few equal substeps as a bound allows.
-    pub fn new(duration_s: f64, bound_s: f64) -> Result<Plan, StepError> {
-        Plan::of_steps(duration_s, 1, bound_s)
+    /// As few equal substeps as a bound allows, times an effort.
+    pub fn new(duration_s: f64, bound_s: f64, effort: Effort) -> Result<Plan, StepError> {
+        Plan::of_steps(duration_s, 1, bound_s, effort)
     }
 
-    /// Steps of that length, each divided into as few equal substeps as a bound allows.
-    pub fn of_steps(step_s: f64, steps: u32, bound_s: f64) -> Result<Plan, StepError> {
+    /// Steps of that length, each divided into as few equal substeps as a bound allows, times an effort.
+    pub fn of_steps(step_s: f64, steps: u32, bound_s: f64, effort: Effort) -> Result<Plan, StepError> {
         if !(step_s.is_finite() && step_s > 0.0) {
             return Err(StepError::Duration(step_s));
         }
-        let divisions = (step_s / (SAFETY * bound_s)).ceil().max(1.0);
+        let divisions = (effort.substeps * (step_s / (SAFETY * bound_s)).ceil().max(1.0)).ceil();
         let needed = divisions * f64::from(steps);
         if needed > f64::from(MOST_SUBSTEPS) {
             return Err(StepError::TooManySubsteps {
@@ -200,7 +201,11 @@ impl Tissue {
 
     /// Gives every node that moves its inertia by its stiffness: its mass, or what brings its frequency to the limit.
     fn weigh(&mut self) {
-        let per_fastest = 1.0 / self.fastest;
+        let per_fastest = if self.effort().true_masses {
+            0.0
+        } else {
+            1.0 / self.fastest
+        };
         let nodes = self
             .nodes
             .inverse_inertia
@@ -256,7 +261,9 @@ impl Tissue {
             .map(|(stiffness, mass)| stiffness / mass)
             .collect();
         squares.sort_unstable_by(f32::total_cmp);
-        self.fastest = FASTEST * squares[squares.len() / 2];
+        let fastest = FASTEST * squares[squares.len() / 2];
+        // Where hardly anything is stiff, nothing is too fast.
+        self.fastest = if fastest >= 1.0 { fastest } else { f32::INFINITY };
     }
 }
 

@@ -6,6 +6,7 @@
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use crate::ranges::{STRONGEST_COLLAPSE_UN, within};
 use crate::sites::Sites;
 use crate::vectors::Vectors;
 
@@ -26,6 +27,16 @@ pub enum CollapseLaw {
         /// k_i, the hydraulic resistance: force for each whole pentahedron lost, µN; 0 or more.
         resistance_un: f32,
     },
+}
+
+impl CollapseLaw {
+    /// Whether its number can be: a share from 0 to 1, a resistance from 0 to 1e9 µN.
+    pub fn is_usable(&self) -> bool {
+        match *self {
+            CollapseLaw::CompressionForce { share } => within(share, 0.0, 1.0),
+            CollapseLaw::HydraulicPressure { resistance_un } => within(resistance_un, 0.0, STRONGEST_COLLAPSE_UN),
+        }
+    }
 }
 
 impl Default for CollapseLaw {

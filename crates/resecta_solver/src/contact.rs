@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use crate::ranges::{FURTHEST_MM, within};
 use crate::tissue::Motion;
 use crate::vectors::{Scalars, Vectors};
 
@@ -24,10 +25,12 @@ pub struct Contact {
 }
 
 impl Contact {
-    pub(crate) fn is_finite(&self) -> bool {
+    /// Whether it can be held: its numbers are finite, and the plane lies within the range of places.
+    pub(crate) fn is_usable(&self) -> bool {
+        let near = |offset: f32| within(offset, -FURTHEST_MM, FURTHEST_MM);
         self.normal.is_finite()
-            && self.offset_start.is_finite()
-            && self.offset_end.is_finite()
+            && near(self.offset_start)
+            && near(self.offset_end)
             && self.weights.iter().all(|weight| weight.is_finite())
     }
 }

@@ -182,16 +182,18 @@ fn largest_eigenvalues(diagonal: &SiteVectors, across: &SiteVectors) -> Lanes {
         let [xx, yy, zz] = [0, 1, 2].map(|axis| diagonal[axis].0[n]);
         let [yz, xz, xy] = [0, 1, 2].map(|axis| across[axis].0[n]);
         let q = (xx + yy + zz) * (1.0 / 3.0);
-        let [a, b, c] = [xx - q, yy - q, zz - q];
+        // Relative to the mean, so that no square over- or underflows.
+        let unit = 1.0 / q.max(f32::MIN_POSITIVE);
+        let [a, b, c, yz, xz, xy] = [xx - q, yy - q, zz - q, yz, xz, xy].map(|value| value * unit);
         let squares = a * a + b * b + c * c + 2.0 * (yz * yz + xz * xz + xy * xy);
         let p = (squares * (1.0 / 6.0)).sqrt();
         // The deviator relative to p; nothing in place of it where there is none.
-        let scale = 1.0 / p.max(1e-6 * q.abs()).max(f32::MIN_POSITIVE);
+        let scale = 1.0 / p.max(1e-6);
         let [a, b, c, yz, xz, xy] = [a, b, c, yz, xz, xy].map(|value| value * scale);
         let determinant = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz);
         let x = 0.25f32.mul_add(determinant, 0.5).clamp(0.0, 1.0).sqrt();
         let cosine = x.mul_add((0.5 - SLOPE).mul_add(x, SLOPE), 0.5);
-        largest.0[n] = (2.0 * p).mul_add(cosine, q);
+        largest.0[n] = q * (2.0 * p).mul_add(cosine, 1.0);
     }
     largest
 }

@@ -3,6 +3,8 @@
 //! Over a time t the velocity obeys `v' = -r v + a` with constant acceleration a and rate `r = gamma / m`, so
 //! `v <- e^(-r t) v + t phi(r t) a` with `phi(x) = (1 - e^(-x)) / x`.
 
+use std::ops::Range;
+
 use fearless_simd::Simd;
 
 use crate::sites::{LANES, Lanes, Sites};
@@ -58,10 +60,11 @@ impl Kicks {
         }
     }
 
-    /// Half a kick at once for all.
+    /// Half a kick for some sites.
     #[inline(always)]
-    pub fn apply_half<S: Simd>(&self, simd: S, forces: &Vectors, velocities: &mut Vectors) {
-        for ((kick, forces), velocities) in self.half.iter().zip(&forces.values).zip(&mut velocities.values) {
+    pub fn apply_half<S: Simd>(&self, simd: S, sites: Range<usize>, forces: &Vectors, velocities: &mut Vectors) {
+        let (kicks, forces) = (&self.half[sites.clone()], &forces.values[sites.clone()]);
+        for ((kick, forces), velocities) in kicks.iter().zip(forces).zip(&mut velocities.values[sites]) {
             *velocities = kick.applied(simd, velocities, forces).stored();
         }
     }

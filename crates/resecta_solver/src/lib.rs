@@ -5,10 +5,12 @@
 //!
 //! | to find | look in |
 //! |---|---|
-//! | how a spring's force is computed | `springs.rs`, laid out in `runs.rs` |
+//! | how a spring's force is computed | `springs.rs`, laid out in `sites.rs` and `runs.rs` |
 //! | a scene of nodes and springs alone | `network.rs` |
 //! | how a step is made | `motion.rs` |
 //! | how long it may be | `bound.rs`, `held.rs` |
+//! | how large its error is | `watch.rs` |
+//! | what sleeps | `sleep.rs` |
 //! | what leaves when tissue is cut, and how the rest answers | `resect.rs`, `pieces.rs`, `collapse.rs` |
 //! | what the loop sweeps over | `sweep.rs` |
 //! | the exposed surface | `surface.rs` |
@@ -30,16 +32,19 @@ mod motion;
 mod network;
 mod pieces;
 mod quarantine;
+mod ranges;
 pub mod reference;
 mod resect;
 mod runs;
 mod sites;
+mod sleep;
 mod springs;
 mod surface;
 mod sweep;
 mod tissue;
 mod validate;
 mod vectors;
+mod watch;
 mod widest;
 
 pub use bound::MOST_SUBSTEPS;
@@ -57,3 +62,4 @@ pub use surface::{Surface, SurfaceChange};
 pub use sweep::{LoopPose, LoopSweep};
 pub use tissue::{EditError, NodeKind, SpringState, Tissue};
 pub use validate::Inconsistency;
+pub use watch::{DEFAULT_ERROR_AIM_MM, Effort};

@@ -93,6 +93,20 @@ pub enum MeshError {
     /// A spring joins a node to itself or two nodes in one place.
     #[error("spring {0} has no length")]
     NoLength(usize),
+    /// A number that the mesh and the material give is beyond what can be computed with.
+    #[error("{field} of {what} {index} comes to {value}, expected {expected}")]
+    Range {
+        /// Name of the number.
+        field: &'static str,
+        /// `node` or `spring`.
+        what: &'static str,
+        /// Which one.
+        index: usize,
+        /// What it comes to.
+        value: f32,
+        /// What was expected.
+        expected: &'static str,
+    },
     /// A share is negative or not a number.
     #[error("share {index} has the fraction {fraction}; it must be finite, 0 or more")]
     Fraction {

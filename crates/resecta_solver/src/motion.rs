@@ -13,6 +13,7 @@ use crate::held::Held;
 use crate::kick::{Kick, Kicks};
 use crate::marks::Marks;
 use crate::sites::{LANES, Sites};
+use crate::sleep::SUBSTEPS_A_LOOK;
 use crate::tissue::{Motion, Nodes, Tissue};
 use crate::vectors::{Registers, Vectors, load};
 use crate::widest::{Widened, with_widest};
@@ -24,7 +25,7 @@ const STRETCH: u32 = 128;
 /// What one advance did.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StepReport {
-    /// Substeps that the advance consists of.
+    /// Substeps that the advance consists of; 0 when all of the tissue slept.
     pub substeps: u32,
     /// Substeps made before in vain, because the tissue took a shape for which they were too long.
     pub substeps_repeated: u32,
@@ -34,7 +35,7 @@ pub struct StepReport {
     pub bound_s: f64,
     /// Nodes put aside during this advance, by rising index.
     pub put_aside: Vec<PutAside>,
-    /// Contacts left out because a number in them was not finite, or a node in them does not live.
+    /// Contacts left out because a number in them was not finite, a plane lay beyond 10 m, or a node in them does not live.
     pub contacts_refused: usize,
 }
 
@@ -124,23 +125,29 @@ impl Tissue {
     /// When the duration is no positive number or would take more than [`MOST_SUBSTEPS`] substeps.
     pub fn advance(&mut self, duration_s: f64, contacts: &[Contact]) -> Result<StepReport, StepError> {
         let usable = self.usable(contacts);
-        let mut report = self.make(|bound_s| Plan::new(duration_s, bound_s), &usable)?;
+        let effort = self.accuracy.effort;
+        let mut report = self.make(|bound_s| Plan::new(duration_s, bound_s, effort), &usable)?;
         report.contacts_refused = contacts.len() - usable.len();
+        self.fall_asleep();
+        if let Some(Err(_)) = self.watch_does(|finer| finer.advance(duration_s, &usable)) {
+            self.watch = None;
+        }
         Ok(report)
     }
 
     /// Makes `steps` steps of `step_s` each. A step above the bound is divided, as often as the bound asks for; none is
     /// lengthened. The bound is checked every 128 substeps, within a step or over several: forces at the end of one
-    /// step serve the next, so that this costs less than as many advances.
+    /// step serve the next, so that this costs less than as many advances. Every step is made for every node: nothing sleeps.
     ///
     /// # Errors
     ///
     /// As [`Tissue::advance`]; the steps before are made.
     pub fn advance_steps(&mut self, step_s: f64, steps: u64) -> Result<StepReport, StepError> {
-        let mut total = StepReport::default();
-        let mut left = steps;
+        let (mut total, mut left) = (StepReport::default(), steps);
+        let effort = self.accuracy.effort;
+        self.sleep.wake_all();
         while left > 0 {
-            let divisions = Plan::new(step_s, self.bound_s())?.substeps;
+            let divisions = Plan::new(step_s, self.bound_s(), effort)?.substeps;
             // Several steps in one go, or one in several.
             let (made, parts) = if divisions <= STRETCH {
                 (left.min(u64::from(STRETCH / divisions)), 1)
@@ -149,13 +156,16 @@ impl Tissue {
             };
             for _ in 0..parts {
                 let part_s = step_s / f64::from(parts);
-                let report = self.make(|bound_s| Plan::of_steps(part_s, made as u32, bound_s), &[])?;
+                let report = self.make(|bound_s| Plan::of_steps(part_s, made as u32, bound_s, effort), &[])?;
                 total.substeps = total.substeps.saturating_add(report.substeps);
                 total.substeps_repeated = total.substeps_repeated.saturating_add(report.substeps_repeated);
                 (total.substep_s, total.bound_s) = (report.substep_s, report.bound_s);
                 total.put_aside.extend(report.put_aside);
             }
             left -= made;
+        }
+        if let Some(Err(_)) = self.watch_does(|finer| finer.advance_steps(step_s, steps)) {
+            self.watch = None;
         }
         Ok(total)
     }
@@ -168,6 +178,15 @@ impl Tissue {
     ) -> Result<StepReport, StepError> {
         let mut plan = plan_of(self.bound_s())?;
         let mut attempt = Attempt::AsItLay;
+        self.wake_reached(contacts);
+        if self.sleep.is_all_asleep() {
+            return Ok(StepReport {
+                substep_s: plan.substep_s,
+                bound_s: plan.bound_s,
+                ..StepReport::default()
+            });
+        }
+        self.motion_version += 1;
         self.collapse.approach(plan.duration_s());
         self.scratch.start.copy_from(&self.motion);
         let mut substeps_repeated = 0;
@@ -209,39 +228,9 @@ impl Tissue {
         })
     }
 
-    /// Estimates the error of an advance, without making it: root mean square over the nodes, mm.
-    ///
-    /// By step doubling: the advance is tried with its substeps and with twice as many; the difference is 3/4 of the error
-    /// of a method of order 2. What added inertia costs is not in it. Costs three advances.
-    ///
-    /// # Errors
-    ///
-    /// As [`Tissue::advance`].
-    pub fn estimate_error_mm(&mut self, duration_s: f64, contacts: &[Contact]) -> Result<f64, StepError> {
-        let plan = Plan::new(duration_s, self.bound_s())?;
-        let usable = self.usable(contacts);
-        self.collapse.approach(duration_s);
-        self.scratch.start.copy_from(&self.motion);
-        self.run(plan, &usable);
-        let coarse = self.motion.positions.clone();
-        self.motion.copy_from(&self.scratch.start);
-        let finer = Plan {
-            substeps: 2 * plan.substeps,
-            substep_s: 0.5 * plan.substep_s,
-            ..plan
-        };
-        self.run(finer, &usable);
-        let sum: f64 = (0..self.node_count() as u32)
-            .filter(|&node| self.is_node_alive(node))
-            .map(|node| f64::from(coarse.at(node).distance_squared(self.motion.positions.at(node))))
-            .sum();
-        self.motion.copy_from(&self.scratch.start);
-        Ok(4.0 / 3.0 * (sum / self.living.nodes.max(1) as f64).sqrt())
-    }
-
     fn usable(&self, contacts: &[Contact]) -> Vec<Contact> {
         let usable =
-            |contact: &&Contact| contact.is_finite() && contact.nodes.iter().all(|&node| self.is_node_alive(node));
+            |contact: &&Contact| contact.is_usable() && contact.nodes.iter().all(|&node| self.is_node_alive(node));
         contacts.iter().filter(usable).copied().collect()
     }
 
@@ -285,17 +274,24 @@ impl Tissue {
             &scratch.kicks.whole
         };
         let substep_s = plan.substep_s as f32;
-        for block in self.springs.layout().blocks() {
+        for (number, block) in self.springs.layout().blocks().iter().enumerate() {
+            let positions = &self.motion.positions;
             self.springs
-                .add_forces(simd, block, &self.motion.positions, &mut scratch.forces);
+                .add_forces(simd, (number, block), &self.sleep, positions, &mut scratch.forces);
+            if !self.sleep.is_awake(number) {
+                continue;
+            }
             self.nodes
-                .add_bed_forces(simd, &block.sites, &self.motion.positions, &mut scratch.forces);
+                .add_bed_forces(simd, &block.sites, positions, &mut scratch.forces);
             let (sites, forces) = (block.sites.clone(), &mut scratch.forces);
             self.motion
                 .kick_and_drift(simd, sites, kicks, substep_s, forces, &scratch.external);
         }
         let time = substep as f32 / plan.substeps as f32;
         let duration_s = substep_s * plan.substeps as f32;
+        if self.sleep.is_any_asleep() && substep.is_multiple_of(SUBSTEPS_A_LOOK) {
+            self.wake_by_motion();
+        }
         for contact in contacts {
             self.motion.hold(contact, time, duration_s, &self.nodes.inverse_inertia);
         }
@@ -304,14 +300,18 @@ impl Tissue {
     /// The forces at the end, and the half kick that ends the last substep.
     #[inline(always)]
     pub(crate) fn end<S: Simd>(&mut self, simd: S) {
-        for block in self.springs.layout().blocks() {
+        let scratch = &mut self.scratch;
+        for (number, block) in self.springs.layout().blocks().iter().enumerate() {
+            let (positions, forces) = (&self.motion.positions, &mut scratch.forces);
             self.springs
-                .add_forces(simd, block, &self.motion.positions, &mut self.scratch.forces);
-            self.nodes
-                .add_bed_forces(simd, &block.sites, &self.motion.positions, &mut self.scratch.forces);
+                .add_forces(simd, (number, block), &self.sleep, positions, forces);
+            if self.sleep.is_awake(number) {
+                self.nodes.add_bed_forces(simd, &block.sites, positions, forces);
+                scratch
+                    .kicks
+                    .apply_half(simd, block.sites.clone(), forces, &mut self.motion.velocities);
+            }
         }
-        let Scratch { kicks, forces, .. } = &self.scratch;
-        kicks.apply_half(simd, forces, &mut self.motion.velocities);
     }
 }
 
@@ -415,7 +415,7 @@ mod tests {
             offset_start: 0.0,
             offset_end: 0.7,
         };
-        let plan = Plan::new(0.02, tissue.bound_s()).expect("a plain plan");
+        let plan = Plan::new(0.02, tissue.bound_s(), tissue.effort()).expect("a plain plan");
         let mut scalar = tissue.clone();
         let contacts = &[contact];
         Run {

@@ -5,10 +5,13 @@ use glam::{DVec3, Vec3};
 use crate::bound::Weighing;
 use crate::collapse::Collapse;
 use crate::motion::Scratch;
+use crate::ranges::{self, FURTHEST_MM, HEAVIEST_G, MOST_DAMPED, STIFFEST};
+use crate::sleep::Sleep;
 use crate::springs::Springs;
 use crate::surface::Surface;
 use crate::tissue::{Living, Motion, NodeKind, Nodes, Pentahedra, Tissue};
 use crate::vectors::{Scalars, Vectors};
+use crate::watch::Accuracy;
 
 /// Nodes and springs with all that moves them. Every list about nodes has one entry a node, every list about springs one a
 /// spring.
@@ -99,38 +102,67 @@ impl Network {
             return Err(NetworkError::Count { field, count, expected });
         }
         // What the solver keeps is single precision.
-        let finite = |value: f64| (value as f32).is_finite();
-        for (field, vectors) in [
-            ("positions", &self.positions),
-            ("velocities", &self.velocities),
-            ("loads", &self.loads),
+        let within = |value: f64, least: f32, most: f32| ranges::within(value as f32, least, most);
+        for (field, vectors, most, expected) in [
+            ("positions", &self.positions, FURTHEST_MM, "a number within 10 m"),
+            ("velocities", &self.velocities, f32::MAX, "a finite number"),
+            ("loads", &self.loads, f32::MAX, "a finite number"),
         ] {
             for (index, vector) in vectors.iter().enumerate() {
-                if let Some(value) = vector.to_array().into_iter().find(|value| !finite(*value)) {
+                if let Some(value) = vector.to_array().into_iter().find(|value| !within(*value, -most, most)) {
                     return Err(NetworkError::Value {
                         field,
                         what: "node",
                         index,
                         value,
-                        expected: "a finite number",
+                        expected,
                     });
                 }
             }
         }
-        let not_negative = "a finite number, 0 or more";
-        for (field, what, values, least, expected) in [
+        let rates = self
+            .damping
+            .iter()
+            .zip(&self.masses)
+            .map(|(damping, mass)| damping / mass);
+        for (field, what, values, [least, most], expected) in [
             (
                 "masses",
                 "node",
                 &self.masses,
-                f64::from(f32::MIN_POSITIVE),
-                "a finite number above 0",
+                [f32::MIN_POSITIVE, HEAVIEST_G],
+                "above 0, up to 1e12 g",
             ),
-            ("damping", "node", &self.damping, 0.0, not_negative),
-            ("stiffness", "spring", &self.stiffness, 0.0, not_negative),
-            ("rest_lengths", "spring", &self.rest_lengths, 0.0, not_negative),
+            (
+                "damping",
+                "node",
+                &self.damping,
+                [0.0, f32::MAX],
+                "a finite number, 0 or more",
+            ),
+            (
+                "damping over mass",
+                "node",
+                &rates.collect(),
+                [0.0, MOST_DAMPED],
+                "0 to 1e24 1/s",
+            ),
+            (
+                "stiffness",
+                "spring",
+                &self.stiffness,
+                [0.0, STIFFEST],
+                "0 to 1e18 µN/mm",
+            ),
+            (
+                "rest_lengths",
+                "spring",
+                &self.rest_lengths,
+                [0.0, FURTHEST_MM],
+                "0 to 10 m",
+            ),
         ] {
-            let offending = values.iter().position(|&value| !(finite(value) && value >= least));
+            let offending = values.iter().position(|&value| !within(value, least, most));
             if let Some(index) = offending {
                 return Err(NetworkError::Value {
                     field,
@@ -174,7 +206,7 @@ impl Tissue {
             vec![0; spring_count],
             vec![0.0; spring_count],
         );
-        let sites = springs.layout().sites();
+        let (sites, sleep) = (springs.layout().sites(), Sleep::none(springs.layout()));
         let single = |vectors: &[DVec3]| Vectors::of(sites, vectors.iter().map(|vector| vector.as_vec3()));
         let positions = single(&network.positions);
         let lost = network
@@ -241,6 +273,10 @@ impl Tissue {
             bound: None,
             weighing: Weighing::new(),
             fastest: f32::INFINITY,
+            sleep,
+            motion_version: 0,
+            accuracy: Accuracy::new(),
+            watch: None,
             scratch: Scratch::new(sites, spring_count),
         })
     }

@@ -97,14 +97,16 @@ impl Tissue {
             self.motion.positions.set(node, position);
             self.motion.lost.set(node, Vec3::ZERO);
             self.motion.velocities.set(node, Vec3::ZERO);
-            self.nodes.put_aside[index] = true;
+            let named_before = std::mem::replace(&mut self.nodes.put_aside[index], true);
             self.nodes.inverse_inertia.set(node, 0.0);
             // What pushed it may be infinite, and 0 times infinity is not 0.
             self.nodes.load.set(node, Vec3::ZERO);
             self.scratch.external.set(node, Vec3::ZERO);
             self.scratch.forces.set(node, Vec3::ZERO);
             self.scratch.kicks.stop(node);
-            put_aside.push(PutAside { node, position });
+            if !named_before {
+                put_aside.push(PutAside { node, position });
+            }
         }
     }
 }

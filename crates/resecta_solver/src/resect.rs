@@ -27,6 +27,8 @@ pub struct Resection {
     pub by_zone_mm3: [f64; Zone::COUNT],
     /// Area of the capsule that went, mm².
     pub capsule_area_mm2: f64,
+    /// Whether the collapse law was left out because its number cannot be: see [`CollapseLaw::is_usable`].
+    pub law_refused: bool,
     /// What changed on the surface.
     pub surface: SurfaceChange,
 }
@@ -119,7 +121,8 @@ impl Tissue {
         }
         let (gone, weakened) = self.weaken_springs(&removed);
         self.lighten_nodes(&cavity);
-        match law {
+        resection.law_refused = law.is_some_and(|law| !law.is_usable());
+        match law.filter(CollapseLaw::is_usable) {
             Some(CollapseLaw::CompressionForce { share }) => self.compression_force(&gone, share),
             Some(CollapseLaw::HydraulicPressure { resistance_un }) => self.hydraulic_pressure(&cavity, resistance_un),
             None => {}
@@ -134,6 +137,8 @@ impl Tissue {
         self.living.nodes -= resection.nodes.len();
         self.removed_volume_mm3 += resection.rest_volume_mm3;
         self.forget_what_was_cut();
+        cavity.lost.iter().for_each(|loss| self.wake(loss.node));
+        self.watch_does(|finer| finer.resect(pentahedra, law));
         resection
     }
 

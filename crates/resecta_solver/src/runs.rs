@@ -53,7 +53,7 @@ pub(crate) struct Loose {
 }
 
 /// Sites a block: positions and forces of a block, and of the neighbours a lattice layer further on, fit the nearest cache.
-const BLOCK: usize = 64;
+pub(crate) const BLOCK: usize = 64;
 
 /// Up to this many empty bundles are put in to join two runs: about what the start of a run costs.
 const LONGEST_GAP: usize = 2;

@@ -14,6 +14,7 @@ use glam::Vec3;
 
 use crate::runs::{Block, Layout, Loose, Run, with_turn};
 use crate::sites::{LANES, Lanes};
+use crate::sleep::Sleep;
 use crate::vectors::{Registers, SiteVectors, Vectors, load};
 
 /// The springs of a tissue.
@@ -114,12 +115,23 @@ impl Springs {
     }
 
     /// Adds the force of every spring of a block to its nodes, µN: equation (2) of the papers with the sign of a pull. When
-    /// it has been done for a block and all before it, the forces on the block's nodes are complete.
+    /// it has been done for a block and all before it, the forces on the block's nodes are complete. Springs between blocks
+    /// that sleep are left out, and the forces on nodes that sleep mean nothing.
     ///
     /// Inlined, as all that it calls, into callers that were compiled for wider registers.
     #[inline(always)]
-    pub fn add_forces<S: Simd>(&self, simd: S, block: &Block, positions: &Vectors, forces: &mut Vectors) {
+    pub fn add_forces<S: Simd>(
+        &self,
+        simd: S,
+        (number, block): (usize, &Block),
+        sleep: &Sleep,
+        positions: &Vectors,
+        forces: &mut Vectors,
+    ) {
         for run in self.layout.runs(block) {
+            if !sleep.is_run_awake(number, run) {
+                continue;
+            }
             if (run.span, run.turn) == (1, 0) {
                 self.add_chain_forces(simd, run, positions, forces);
             } else {
@@ -241,7 +253,8 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) {
             let OfBlock(springs, block, positions, forces) = self;
-            springs.add_forces(simd, block, positions, forces);
+            let awake = Sleep::none(springs.layout());
+            springs.add_forces(simd, (0, block), &awake, positions, forces);
         }
     }
 

@@ -202,11 +202,11 @@ fn what_is_no_network_is_named() {
     };
     assert_eq!(
         with(|n| n.masses[1] = 0.0),
-        "masses of node 1 is 0, expected a finite number above 0"
+        "masses of node 1 is 0, expected above 0, up to 1e12 g"
     );
     assert_eq!(
         with(|n| n.positions[2].y = f64::NAN),
-        "positions of node 2 is NaN, expected a finite number"
+        "positions of node 2 is NaN, expected a number within 10 m"
     );
     assert_eq!(with(|n| n.damping.truncate(1)), "damping has 1 entries, expected 3");
     assert_eq!(
@@ -215,7 +215,7 @@ fn what_is_no_network_is_named() {
     );
     assert_eq!(
         with(|n| n.stiffness[1] = -1.0),
-        "stiffness of spring 1 is -1, expected a finite number, 0 or more"
+        "stiffness of spring 1 is -1, expected 0 to 1e18 µN/mm"
     );
     assert_eq!(
         Tissue::from_network(&Network::default()).err(),

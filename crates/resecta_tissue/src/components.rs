@@ -29,6 +29,9 @@ pub struct Tissue {
     /// Ordinal of the tissue in its app: decides the order of what is done and told, since entity ids may not.
     #[reflect(ignore)]
     pub(crate) ordinal: u64,
+    /// The version of the motion that the components show.
+    #[reflect(ignore)]
+    pub(crate) written: Option<u64>,
     /// Whether something was removed since the components were written last.
     #[reflect(ignore)]
     pub(crate) cut: bool,
@@ -51,6 +54,7 @@ impl Tissue {
             solver,
             parts: None,
             ordinal: u64::MAX,
+            written: None,
             cut: false,
             weakened: Vec::new(),
         }

@@ -133,6 +133,9 @@ pub(crate) fn resect(
     tissue.cut = true;
     tissue.weakened.extend(&resection.weakened);
     diagnostics.resected += resection.pentahedra.len();
+    if resection.law_refused {
+        reports.put_aside(entity, PutAsideSubject::Step, PutAsideReason::Collapse);
+    }
     if let Some(parts) = &tissue.parts {
         let entities = |indices: &[u32], parts: &[Entity]| -> Vec<Entity> {
             indices

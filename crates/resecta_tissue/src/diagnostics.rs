@@ -37,9 +37,9 @@ pub struct TissueDiagnostics {
     pub contacts: usize,
     /// Substeps of the solver, over all passes; those made in vain because they turned out too long are counted too.
     pub substeps: u32,
-    /// Estimated error of a step, mm, root mean square over nodes: the last estimate, see
-    /// [`TissueSettings::estimate_error_every`](crate::TissueSettings::estimate_error_every).
-    pub error_estimate_mm: f32,
+    /// Error of a step, mm, root mean square over nodes, when it was watched last: see
+    /// [`TissueSettings::watch_error_every`](crate::TissueSettings::watch_error_every).
+    pub error_mm: f32,
     /// Pentahedra resected in this step.
     pub resected: usize,
     /// Things put aside, over all steps.
@@ -61,7 +61,7 @@ impl TissueDiagnostics {
     /// Clears what counts one step.
     pub(crate) fn begin_step(&mut self) {
         let total = std::mem::take(self);
-        self.error_estimate_mm = total.error_estimate_mm;
+        self.error_mm = total.error_mm;
         self.put_aside = total.put_aside;
         self.inconsistencies = total.inconsistencies;
         self.meshes_moved = total.meshes_moved;
@@ -109,7 +109,5 @@ fn store(measured: Res<TissueDiagnostics>, mut diagnostics: Diagnostics) {
     });
     diagnostics.add_measurement(&TissueDiagnosticsPlugin::CONTACTS, || measured.contacts as f64);
     diagnostics.add_measurement(&TissueDiagnosticsPlugin::SUBSTEPS, || f64::from(measured.substeps));
-    diagnostics.add_measurement(&TissueDiagnosticsPlugin::ERROR_MM, || {
-        f64::from(measured.error_estimate_mm)
-    });
+    diagnostics.add_measurement(&TissueDiagnosticsPlugin::ERROR_MM, || f64::from(measured.error_mm));
 }

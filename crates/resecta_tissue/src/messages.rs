@@ -88,6 +88,8 @@ pub enum PutAsideReason {
     Step(StepError),
     /// That many contacts of the step could not be enforced.
     Contacts(usize),
+    /// The number of the collapse law in the settings cannot be: nothing collapsed into the cut.
+    Collapse,
 }
 
 /// The tissue's arrays contradict each other after a structural change: a defect of the program, never of input.

@@ -1,7 +1,7 @@
 //! What a tissue models: everything here can be switched off, and costs nothing then.
 
 use bevy::prelude::*;
-use resecta_solver::CollapseLaw;
+use resecta_solver::{CollapseLaw, DEFAULT_ERROR_AIM_MM};
 
 /// What the plugin models for one tissue. Required by [`Tissue`](crate::Tissue); change it at any time.
 #[derive(Component, Reflect, Debug, Clone, PartialEq)]
@@ -19,10 +19,13 @@ pub struct TissueSettings {
     pub cutting: CuttingRule,
     /// Whether the solver's arrays are validated after each structural change. Debug builds always do.
     pub check_consistency: bool,
-    /// Every how many steps the error of the step is estimated for
-    /// [`TissueDiagnostics::error_estimate_mm`](crate::TissueDiagnostics::error_estimate_mm), which costs three times
-    /// that step; 0 is never.
-    pub estimate_error_every: u32,
+    /// The error that the tissue aims for, root mean square over its nodes, mm; above 0, or the solver's own aim stays.
+    /// Followed as far as the error is watched.
+    pub error_aim_mm: f32,
+    /// Every how many steps the error of one is watched, for
+    /// [`TissueDiagnostics::error_mm`](crate::TissueDiagnostics::error_mm) and for the aim; the step then costs some five
+    /// times as much. 0 is never.
+    pub watch_error_every: u32,
 }
 
 impl Default for TissueSettings {
@@ -33,7 +36,8 @@ impl Default for TissueSettings {
             visible_mesh: true,
             cutting: CuttingRule::default(),
             check_consistency: false,
-            estimate_error_every: 0,
+            error_aim_mm: DEFAULT_ERROR_AIM_MM,
+            watch_error_every: 0,
         }
     }
 }

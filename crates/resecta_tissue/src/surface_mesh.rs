@@ -60,6 +60,8 @@ pub struct TissueTint {
 #[derive(Component, Default)]
 pub(crate) struct SurfaceMesh {
     topology: Option<u64>,
+    /// The version of the motion that positions and normals are of.
+    motion: Option<u64>,
     /// The node of each vertex.
     nodes: Vec<u32>,
     /// The triangles, as vertices.
@@ -114,6 +116,10 @@ pub(crate) fn rebuild_meshes(
                 diagnostics.meshes_rebuilt += 1;
                 continue;
             };
+            let is_still = state.motion == Some(solver.motion_version());
+            if state.topology == Some(solver.surface().version()) && is_still && !recoloured {
+                continue;
+            }
             let Some(mut mesh) = meshes.get_mut(&handle.0) else {
                 continue;
             };
@@ -169,6 +175,7 @@ impl SurfaceMesh {
 
     /// Overwrites positions and smooth normals (weighted by area) and measures the bound.
     fn write_positions(&mut self, solver: &resecta_solver::Tissue, mesh: &mut Mesh) {
+        self.motion = Some(solver.motion_version());
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let mut normals = vec![Vec3::ZERO; self.nodes.len()];
         if let Some(VertexAttributeValues::Float32x3(positions)) = mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION) {

@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// Writes positions and velocities of all nodes; after a cut also masses, dampings and stiffness, which fall with the
-/// tissue around them. Bypasses change detection, which tells edits from this.
+/// tissue around them. Bypasses change detection, which tells edits from this. What sleeps is not written again.
 pub(crate) fn write_back(
     mut tissues: Query<(Entity, &mut Tissue)>,
     mut nodes: Query<&mut TissueNode>,
@@ -27,10 +27,17 @@ pub(crate) fn write_back(
                 known.map(|(_, tissue)| tissue)
             }
         };
-        for mut table in nodes.contiguous_iter_mut().into_iter().flatten() {
+        let is_shown = |tissue: &Tissue| !tissue.cut && tissue.written == Some(tissue.solver.motion_version());
+        let any_moved = !solvers.values().all(|tissue| is_shown(tissue));
+        for mut table in any_moved
+            .then(|| nodes.contiguous_iter_mut())
+            .into_iter()
+            .flatten()
+            .flatten()
+        {
             for node in table.bypass_change_detection() {
                 let Some(tissue) = tissue_of(node.tissue) else { continue };
-                if node.index as usize >= tissue.solver.node_count() {
+                if is_shown(tissue) || node.index as usize >= tissue.solver.node_count() {
                     continue;
                 }
                 node.position = tissue.solver.position(node.index);
@@ -45,6 +52,7 @@ pub(crate) fn write_back(
         for (_, mut tissue) in &mut tissues {
             let tissue = tissue.bypass_change_detection();
             tissue.cut = false;
+            tissue.written = Some(tissue.solver.motion_version());
             for index in std::mem::take(&mut tissue.weakened) {
                 let entity = tissue
                     .parts

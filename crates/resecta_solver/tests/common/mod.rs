@@ -1,6 +1,8 @@
 //! Tissues that the tests share.
 #![allow(dead_code)] // Each test file uses some of them.
 
+pub mod networks;
+
 use glam::{DVec2, DVec3};
 use resecta_anatomy::{Lattice, LatticeOptions, Section};
 use resecta_solver::{Material, ShearResistance, Tissue, TissueMesh};

@@ -32,6 +32,8 @@ pub struct Collider {
     /// The patch of the triangle in each slot of the surface at the last update; none where the slot is free.
     patch_of: Vec<Option<u32>>,
     topology: Option<u64>,
+    /// The version of the motion that the bounds are of.
+    motion: Option<u64>,
     /// The contacts found last.
     found: Vec<Found>,
 }
@@ -63,12 +65,15 @@ impl Face {
 }
 
 impl Collider {
-    /// Brings the hierarchy up to date with the tissue.
+    /// Brings the hierarchy up to date with the tissue; costs nothing where all of it sleeps.
     pub fn update(&mut self, tissue: &resecta_solver::Tissue) {
         if self.topology != Some(tissue.surface().version()) {
             self.topology = Some(tissue.surface().version());
             self.update_patches(tissue.surface());
+        } else if self.motion == Some(tissue.motion_version()) {
+            return;
         }
+        self.motion = Some(tissue.motion_version());
         for (patch, known) in (0u32..).zip(&self.patches) {
             let bounds = known.iter().map(|known| bounds(&corners(tissue, known.nodes)));
             if let Some(bounds) = bounds.reduce(|one, other| one.merged(&other)) {

@@ -126,6 +126,12 @@ pub(crate) fn integrate(
             let collides = settings.collision && tools.iter().any(ToolMotion::pushes_anything);
             let passes = if collides { collider.passes(&tools) } else { 1 };
             let pass_s = time.delta_secs() / passes as f32;
+            let watched = settings.watch_error_every > 0 && steps.is_multiple_of(settings.watch_error_every);
+            if watched {
+                // An aim that is none is left out: the solver keeps the one it has.
+                tissue.solver.set_error_aim_mm(settings.error_aim_mm).ok();
+                tissue.solver.begin_watch();
+            }
             for pass in 0..passes {
                 contacts.clear();
                 if collides {
@@ -150,13 +156,6 @@ pub(crate) fn integrate(
                     collider.put_found(found);
                 }
                 let pass_s = time.delta_secs_f64() / f64::from(passes);
-                if settings.estimate_error_every > 0 && pass == 0 && steps.is_multiple_of(settings.estimate_error_every)
-                {
-                    // The step itself reports what is wrong with it.
-                    if let Ok(error) = tissue.solver.estimate_error_mm(pass_s, &contacts) {
-                        diagnostics.error_estimate_mm = error as f32;
-                    }
-                }
                 match tissue.solver.advance(pass_s, &contacts) {
                     Ok(report) => {
                         for put_aside in &report.put_aside {
@@ -171,6 +170,9 @@ pub(crate) fn integrate(
                     Err(error) => reports.put_aside(entity, PutAsideSubject::Step, PutAsideReason::Step(error)),
                 }
                 diagnostics.contacts += contacts.len();
+            }
+            if let Some(error) = watched.then(|| tissue.solver.end_watch()).flatten() {
+                diagnostics.error_mm = error as f32;
             }
             diagnostics.passes = diagnostics.passes.max(passes);
             diagnostics.nodes += tissue.solver.living_nodes();

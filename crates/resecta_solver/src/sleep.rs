@@ -1,0 +1,225 @@
+//! Sleep: what does not move is not computed.
+//!
+//! Blocks of sites (`runs.rs`) sleep and wake. A block falls asleep when, at the end of [`QUIET_ADVANCES`] advances in a
+//! row, every node in it is slower than the error aim a second, at which what is left of a decaying motion is a small part of
+//! the aim, and out of balance by no more force than would move it by 1/500 of the aim against the springs around it. (With
+//! the aim of 0.01 mm both are some times what rounding does to single-precision positions; a tissue that aims much lower
+//! does not sleep.) Sleeping nodes stay where they are; springs between two sleeping blocks are not computed. A block wakes when a contact, a cut, an edit or a resection force reaches one of
+//! its nodes, and when a node of a block that it shares a spring with moves four times as fast as a sleeper may: looked
+//! at every [`SUBSTEPS_A_LOOK`] substeps, in which a wave runs a few millimetres.
+
+use fearless_simd::{Simd, f32x8, prelude::*};
+
+use crate::Contact;
+use crate::runs::{BLOCK, Layout, Run};
+use crate::tissue::Tissue;
+use crate::vectors::{Registers, SiteVectors, load};
+use crate::widest::{Widened, with_widest};
+
+/// Advances in a row that a block is quiet before it sleeps.
+const QUIET_ADVANCES: u32 = 3;
+
+/// Substeps from one look for sleepers to wake to the next.
+pub(crate) const SUBSTEPS_A_LOOK: u32 = 8;
+
+/// Speed of a quiet node, in error aims a second.
+const QUIET_SPEED: f32 = 1.0;
+
+/// Distance that the force on a quiet node could move it, in error aims.
+const QUIET_WAY: f32 = 2e-3;
+
+/// Sleepers wake beside what moves so many times as fast as they may.
+const WAKING: f32 = 4.0;
+
+/// Which blocks sleep.
+#[derive(Debug, Clone)]
+pub(crate) struct Sleep {
+    awake: Vec<bool>,
+    /// Advances in a row at the end of which the block was quiet.
+    quiet: Vec<u32>,
+    /// The other blocks that each shares a spring with.
+    neighbours: Vec<Vec<u32>>,
+    asleep: usize,
+}
+
+impl Sleep {
+    /// All awake.
+    pub fn none(layout: &Layout) -> Sleep {
+        let count = layout.blocks().len();
+        let mut neighbours = vec![Vec::new(); count];
+        let mut join = |one: usize, other: usize| {
+            for (one, other) in [(one, other), (other, one)] {
+                if one != other && !neighbours[one].contains(&(other as u32)) {
+                    neighbours[one].push(other as u32);
+                }
+            }
+        };
+        for (number, block) in layout.blocks().iter().enumerate() {
+            for run in layout.runs(block) {
+                high_blocks(run).into_iter().for_each(|high| join(number, high));
+            }
+            for loose in layout.loose(block) {
+                for ends in &loose.ends {
+                    let [one, other] = ends.map(|end| layout.sites().place(end).0 / BLOCK);
+                    join(one, other);
+                }
+            }
+        }
+        Sleep {
+            awake: vec![true; count],
+            quiet: vec![0; count],
+            neighbours,
+            asleep: 0,
+        }
+    }
+
+    /// Whether a block is awake.
+    #[inline(always)]
+    pub fn is_awake(&self, block: usize) -> bool {
+        self.awake[block]
+    }
+
+    /// Whether a run of a block has an end in a block that is awake.
+    #[inline(always)]
+    pub fn is_run_awake(&self, block: usize, run: &Run) -> bool {
+        self.asleep == 0 || self.awake[block] || high_blocks(run).into_iter().any(|high| self.awake[high])
+    }
+
+    /// Whether any block sleeps.
+    pub fn is_any_asleep(&self) -> bool {
+        self.asleep > 0
+    }
+
+    /// Whether every block sleeps.
+    pub fn is_all_asleep(&self) -> bool {
+        self.asleep == self.awake.len()
+    }
+
+    pub fn wake_all(&mut self) {
+        (0..self.awake.len()).for_each(|block| {
+            self.wake(block);
+        });
+    }
+
+    /// Wakes a block. Tells whether it was asleep.
+    pub fn wake(&mut self, block: usize) -> bool {
+        self.quiet[block] = 0;
+        let slept = !std::mem::replace(&mut self.awake[block], true);
+        self.asleep -= usize::from(slept);
+        slept
+    }
+}
+
+/// The blocks of the higher sites of a run: from the first to the last.
+#[inline(always)]
+fn high_blocks(run: &Run) -> [usize; 2] {
+    let first = run.low + run.span;
+    [first / BLOCK, (first + run.bundles - 1) / BLOCK]
+}
+
+impl Tissue {
+    /// Share of the tissue that sleeps, 0 to 1: what does not move is not computed.
+    pub fn sleeping_share(&self) -> f64 {
+        self.sleep.asleep as f64 / self.sleep.awake.len().max(1) as f64
+    }
+
+    /// Rises whenever a node may have moved.
+    pub fn motion_version(&self) -> u64 {
+        self.motion_version
+    }
+
+    /// Wakes the surroundings of a node.
+    pub(crate) fn wake(&mut self, node: u32) {
+        self.sleep.wake(self.springs.layout().sites().place(node).0 / BLOCK);
+    }
+
+    /// Wakes the surroundings of a spring.
+    pub(crate) fn wake_ends(&mut self, spring: u32) {
+        for node in self.springs.nodes[spring as usize] {
+            self.wake(node);
+        }
+    }
+
+    /// Wakes what contacts and changing resection forces reach.
+    pub(crate) fn wake_reached(&mut self, contacts: &[Contact]) {
+        let sites = self.springs.layout().sites();
+        let touched = contacts.iter().flat_map(|contact| contact.nodes);
+        for node in touched.chain(self.collapse.steps().map(|(node, _)| node)) {
+            self.sleep.wake(sites.place(node).0 / BLOCK);
+        }
+    }
+
+    /// Wakes blocks beside moving ones. Their forces, of which a part was computed, begin anew with the loads.
+    pub(crate) fn wake_by_motion(&mut self) {
+        let limit = (WAKING * self.quiet_speed()).powi(2);
+        let blocks = self.springs.layout().blocks();
+        for (number, block) in blocks.iter().enumerate() {
+            let sleeper = |&other: &u32| !self.sleep.awake[other as usize];
+            if !self.sleep.awake[number] || !self.sleep.neighbours[number].iter().any(sleeper) {
+                continue;
+            }
+            let velocities = &self.motion.velocities.values[block.sites.clone()];
+            let moves = |site: &SiteVectors| {
+                let [x, y, z] = site;
+                (0..x.0.len()).any(|n| x.0[n] * x.0[n] + y.0[n] * y.0[n] + z.0[n] * z.0[n] > limit)
+            };
+            if !velocities.iter().any(moves) {
+                continue;
+            }
+            for other in self.sleep.neighbours[number].clone() {
+                if self.sleep.wake(other as usize) {
+                    let sites = blocks[other as usize].sites.clone();
+                    let external = &self.scratch.external.values[sites.clone()];
+                    self.scratch.forces.values[sites].copy_from_slice(external);
+                }
+            }
+        }
+    }
+
+    /// At the end of an advance: lets what has been quiet for long enough fall asleep.
+    pub(crate) fn fall_asleep(&mut self) {
+        with_widest(FallAsleep(self));
+    }
+
+    fn quiet_speed(&self) -> f32 {
+        QUIET_SPEED * self.error_aim_mm()
+    }
+}
+
+struct FallAsleep<'a>(&'a mut Tissue);
+
+impl Widened for FallAsleep<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let tissue = self.0;
+        let fastest = f32x8::splat(simd, tissue.quiet_speed().powi(2));
+        let way = f32x8::splat(simd, QUIET_WAY * tissue.error_aim_mm());
+        for (number, block) in tissue.springs.layout().blocks().iter().enumerate() {
+            if !tissue.sleep.awake[number] {
+                continue;
+            }
+            let mut quiet = true;
+            for site in block.sites.clone() {
+                let velocity = Registers::load(simd, &tissue.motion.velocities.values[site]);
+                let force = Registers::load(simd, &tissue.scratch.forces.values[site]);
+                let balanced = load(simd, &tissue.scratch.held.stiffness.values[site]) * way;
+                let still = load(simd, &tissue.nodes.inverse_inertia.values[site]).simd_eq(0.0);
+                let slow = velocity.length_squared().simd_le(fastest);
+                let quiet_site = slow & force.length_squared().simd_le(balanced * balanced) | still;
+                if !quiet_site.all_true() {
+                    quiet = false;
+                    break;
+                }
+            }
+            let sleep = &mut tissue.sleep;
+            sleep.quiet[number] = if quiet { sleep.quiet[number] + 1 } else { 0 };
+            if sleep.quiet[number] >= QUIET_ADVANCES {
+                sleep.awake[number] = false;
+                sleep.asleep += 1;
+                tissue.motion.velocities.values[block.sites.clone()].fill(SiteVectors::default());
+            }
+        }
+    }
+}
