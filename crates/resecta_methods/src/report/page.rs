@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::{
     FRAME_S, Measured, Summary,
     tables::{number, orders, plain, table},
-    verdicts::{percent, rules, tally, winners},
+    verdicts::{percent, product, rules, tally, winners},
 };
 use crate::{
     choice::{Cost, WANTED},
@@ -41,7 +41,7 @@ pub fn page(summary: &Summary) -> String {
              sweep of XPBD each visit every spring once; a sweep of VBD visits each from both ends. A visit of a sweep costs \
              more time than one of a pass: it waits for the one before.\n\n";
     winners(&mut text, summary, Cost::SpringVisits);
-    text += "## Winners by CPU time\n\nOn the machine that made this page, one core, others busy. Below each winner the \
+    text += "## Winners by CPU time\n\nOn one core of the machine that made this page. Below each winner the \
              product's time for the same error, where it reaches it. Where leapfrog and symplectic Euler are within some 15 % at \
              the same step, it is the time of two half kicks over that of one.\n\n";
     winners(&mut text, summary, Cost::CpuTime);
@@ -54,6 +54,7 @@ pub fn page(summary: &Summary) -> String {
         rules(&mut text, summary, cost);
     }
     tally(&mut text, summary);
+    product(&mut text, summary);
     text += "## Charts\n\nDown and to the left is better. At the first time of each regime.\n\n";
     for Measured { regime, .. } in &summary.regimes {
         let _ = write!(

@@ -153,6 +153,68 @@ pub fn tally(text: &mut String, summary: &Summary) {
     }
 }
 
+/// Where the product's own solver stands among the winners.
+pub fn product(text: &mut String, summary: &Summary) {
+    *text += "## Where the product stands\n\nThe product has one method, leapfrog in single precision and vector instructions, \
+              with substeps from its stability bound. An implicit method beside it would have to win where a scene asks for it: \
+              `slower` names those regimes, with how many times less the winner took.";
+    let missed = summary
+        .winners
+        .iter()
+        .filter(|winner| winner.cost == Cost::CpuTime && winner.least.is_some() && winner.product_cpu_s.is_none());
+    let largest = missed.map(|winner| winner.error_mm).fold(0.0, f64::max);
+    if largest > 0.0 {
+        let _ = write!(
+            text,
+            " The largest error that some method reached and the product did not is {} mm RMS.",
+            number(largest)
+        );
+    }
+    *text += "\n\n";
+    let line = |wanted: &f64| {
+        let asked: Vec<(&Winner, f64)> = summary
+            .winners
+            .iter()
+            .filter(|winner| winner.cost == Cost::CpuTime && winner.wanted == *wanted)
+            .filter_map(|winner| winner.least.map(|least| (winner, least)))
+            .collect();
+        let mut reached: Vec<(&Winner, f64)> = asked
+            .iter()
+            .filter_map(|(winner, least)| winner.product_cpu_s.map(|product| (*winner, least / product)))
+            .collect();
+        reached.sort_by(|one, other| one.1.total_cmp(&other.1));
+        let median = reached
+            .get(reached.len() / 2)
+            .map_or("none".into(), |(_, times)| plain(*times));
+        let slower = reached.iter().filter(|(_, times)| *times < 1.0);
+        let slower = slower.map(|(winner, times)| {
+            format!(
+                "`{}` at {} s: {}",
+                winner.regime,
+                plain(winner.time_s),
+                plain(1.0 / times)
+            )
+        });
+        vec![
+            percent(*wanted),
+            asked.len().to_string(),
+            reached.len().to_string(),
+            median,
+            slower.collect::<Vec<String>>().join("<br>"),
+        ]
+    };
+    *text += &table(
+        &[
+            "wanted error",
+            "questions",
+            "reached",
+            "times faster than the winner, median",
+            "slower",
+        ],
+        WANTED.iter().map(line),
+    );
+}
+
 /// A share in per cent.
 pub fn percent(share: f64) -> String {
     format!("{} %", 100.0 * share)
