@@ -86,6 +86,29 @@ fn common_scenes_end_where_the_reference_solutions_do() {
 }
 
 #[test]
+fn to_an_aim_the_solver_chooses_steps_that_keep_it() {
+    let Some(shared) = shared() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let scene = shared.join("peers/scenes/seed.bin").display().to_string();
+    let solve = |out: &str, more: &[&str]| -> serde_json::Value {
+        let arguments = [&["solve", &scene, out, "--dt", "0.2", "--steps", "5"], more].concat();
+        serde_json::from_str(succeed(folder.path(), arguments).trim()).unwrap()
+    };
+    let (full, aimed) = (solve("full.bin", &[]), solve("aimed.bin", &["--method", "to-aim"]));
+    let read = |name: &str| positions(&fs::read(folder.path().join(name)).unwrap());
+    let (error, _) = errors_mm(&read("aimed.bin"), &read("full.bin"));
+    let number = |report: &serde_json::Value, key: &str| report[key].as_f64().unwrap();
+    println!("error {error:.2e} mm, told {:.2e}", number(&aimed, "error_told_mm"));
+    assert!(error < 0.01 && number(&aimed, "error_told_mm") < 0.01, "{error}");
+    let substeps = number(&aimed, "substeps") + number(&aimed, "substeps_beside");
+    assert!(substeps < 0.7 * number(&full, "substeps"), "{substeps}");
+    assert_eq!(full["error_told_mm"], serde_json::Value::Null);
+    let arguments = ["solve", &scene, "bad.bin", "--dt", "1", "--steps", "1", "--aim", "0"];
+    let message = refuse(folder.path(), arguments);
+    assert!(message.contains("--aim") && message.contains("above 0"), "{message}");
+}
+
+#[test]
 fn the_same_scene_gives_the_same_bytes() {
     let Some(shared) = shared() else { return };
     let folder = tempfile::tempdir().unwrap();

@@ -2,9 +2,12 @@
 
 use std::{path::PathBuf, time::Instant};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use cpu_time::ProcessTime;
-use resecta::{solver::Tissue, spring_scene};
+use resecta::{
+    solver::{AimReport, DEFAULT_ERROR_AIM_MM, StepReport, Tissue},
+    spring_scene,
+};
 use serde_json::json;
 
 use super::{Failure, files};
@@ -22,9 +25,24 @@ pub struct Solve {
     /// Steps to make
     #[arg(long)]
     steps: u64,
-    /// Threads it may use; one tissue is stepped by one so far
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
-    threads: u32,
+    /// Threads it may use; small scenes are faster with one, and the result is the same
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    threads: u16,
+    /// Who chooses the steps
+    #[arg(long, value_enum, default_value_t = Method::Leapfrog)]
+    method: Method,
+    /// With --method to-aim: the error to aim for, mm, root mean square over the nodes
+    #[arg(long, default_value_t = DEFAULT_ERROR_AIM_MM)]
+    aim: f32,
+}
+
+/// Ways to get to the end.
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Method {
+    /// Leapfrog with the steps given, true masses and springs
+    Leapfrog,
+    /// Leapfrog over the same time with steps, inertias and softened springs as the aim allows
+    ToAim,
 }
 
 impl Solve {
@@ -35,10 +53,18 @@ impl Solve {
         };
         let network = spring_scene::read(&self.scene)?;
         let mut tissue = Tissue::from_network(&network).map_err(|error| failed(error.to_string()))?;
+        tissue
+            .set_error_aim_mm(self.aim)
+            .map_err(|error| failed(format!("--aim: {error}")))?;
+        let threads = tissue.set_threads(self.threads.into());
         let (wall, cpu) = (Instant::now(), ProcessTime::now());
-        let report = tissue
-            .advance_steps(self.dt, self.steps)
-            .map_err(|error| failed(error.to_string()))?;
+        let made = match self.method {
+            Method::Leapfrog => tissue.advance_steps(self.dt, self.steps).map(|steps| (steps, None)),
+            Method::ToAim => tissue
+                .advance_to_aim(self.dt * self.steps as f64)
+                .map(|AimReport { steps, error_mm }| (steps, Some(error_mm))),
+        };
+        let (report, told_mm): (StepReport, Option<f64>) = made.map_err(|error| failed(error.to_string()))?;
         let (wall, cpu) = (wall.elapsed(), cpu.elapsed());
         files::write(&self.out, spring_scene::positions_to_bytes(&tissue))?;
         println!(
@@ -46,12 +72,15 @@ impl Solve {
             json!({
                 "wall_s": wall.as_secs_f64(),
                 "cpu_s": cpu.as_secs_f64(),
-                "method": "verlet",
-                "threads": 1,
+                "method": self.method.to_possible_value().map(|value| value.get_name().to_owned()),
+                "threads": threads,
                 "nodes": tissue.node_count(),
                 "springs": tissue.spring_count(),
                 "substeps": report.substeps,
                 "substeps_repeated": report.substeps_repeated,
+                "substeps_beside": report.substeps_beside,
+                "error_told_mm": told_mm,
+                "springs_softened": tissue.softened_springs(),
                 "substep_s": report.substep_s,
                 "bound_s": report.bound_s,
                 "put_aside": report.put_aside.iter().map(|aside| aside.node).collect::<Vec<u32>>(),

@@ -12,11 +12,13 @@
 //! | the stability bound, the slowest mode | `spectrum.rs` |
 //! | scenes | `lattice.rs`, `regimes.rs` |
 //! | references, conditioning, rows | `conditions.rs`, `measure.rs` |
+//! | what the product says of its own error, and reaches an aim with | `aims.rs` |
 //! | who wins, the rule for a choice | `choice.rs`, `rule.rs` |
 //! | the pages | `report/` |
 //!
 //! Units are mm, g and s throughout, so force is in µN and stiffness in µN/mm.
 
+pub mod aims;
 pub mod choice;
 pub mod conditions;
 pub mod conjugate;

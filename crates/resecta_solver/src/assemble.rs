@@ -127,11 +127,12 @@ impl Tissue {
             removed_volume_mm3: 0.0,
             bound: None,
             weighing: Weighing::new(),
-            fastest: f32::INFINITY,
+            usual: None,
             sleep,
             motion_version: 0,
             accuracy: Accuracy::new(),
             watch: None,
+            team: None,
             scratch: Scratch::new(sites, mesh.springs.len()),
         };
         tissue.reach = (0..tissue.pentahedron_count() as u32)
@@ -144,7 +145,7 @@ impl Tissue {
         if let ShearResistance::PreTension(strain) = material.shear {
             tissue.tension(strain);
         }
-        tissue.limit_frequencies();
+        tissue.measure_usual();
         tissue.bound_s();
         Ok(tissue)
     }

@@ -20,7 +20,8 @@
 //! fraction of the step to the whole tissue. A node whose frequency is above the limit gets as much more inertia as brings
 //! it there (selective mass scaling), whenever a cut or an edit has changed springs or masses. Equilibrium, damping and
 //! loads do not change, and inertia decides little in tissue this viscous; the error is part of what [`crate::reference`]
-//! shows.
+//! shows. What is stiffer by far than the tissue around it is softened first: `soften.rs`. How far either goes is part of
+//! the tissue's effort: `watch.rs`.
 
 use crate::motion::StepError;
 use crate::sites::LANES;
@@ -30,11 +31,16 @@ use crate::watch::Effort;
 /// Substeps are shortened below the bound by this factor: squares of frequencies may grow by a fifth within an advance.
 const SAFETY: f64 = 0.9;
 
-/// Squares of frequencies above this many times the median of the tissue as built are brought down to it. By measurement
-/// on the lattice of the papers' size (10,800 nodes) after a dozen cuts, 1.25 saves three of five substeps that the masses
-/// would ask for (half of them with diagonals), and the error over 1/60 s is 8e-3 mm RMS (3e-4 mm with diagonals):
-/// `resecta rates` prints it for every lattice.
-const FASTEST: f32 = 1.25;
+/// What is usual in a tissue as built, by the median of its nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Usual {
+    /// Stiffness by which a node is held, as in [`crate::held::Held`], µN/mm.
+    pub stiffness: f32,
+    /// Square of a node's circular frequency by its mass, 1/s².
+    pub square: f32,
+    /// The largest such square over the usual one. At most an effort below this changes anything.
+    pub fastest: f32,
+}
 
 /// More substeps than this in one advance are refused: at 0.1 ms a substep that is 100 s.
 pub const MOST_SUBSTEPS: u32 = 1_000_000;
@@ -152,9 +158,7 @@ impl Tissue {
 
     /// Measures the bound.
     pub(crate) fn measure_bound_s(&mut self) -> f64 {
-        let held = &mut self.scratch.held;
-        held.measure(&self.springs, &self.motion.positions, &self.nodes.support);
-        self.weighing.held = Known::Yes;
+        self.measure_held();
         if self.weighing.inertias == Known::FromAbove {
             self.weighing.inertias = Known::No;
         }
@@ -163,6 +167,7 @@ impl Tissue {
 
     /// A bound that holds however the tissue moves, s: every spring counts in every direction.
     pub(crate) fn bound_of_any_shape_s(&mut self) -> f64 {
+        self.bound_s(); // inertias follow from the shape as it is
         self.scratch.held.measure_any_shape(&self.springs, &self.nodes.support);
         let bound = self.bound_of_stiffness();
         // It is no measure of the tissue as it lies.
@@ -199,13 +204,17 @@ impl Tissue {
         bound
     }
 
-    /// Gives every node that moves its inertia by its stiffness: its mass, or what brings its frequency to the limit.
+    /// Softens springs, and gives every node that moves its inertia by its stiffness: its mass, or what brings its frequency
+    /// to the limit.
     fn weigh(&mut self) {
-        let per_fastest = if self.effort().true_masses {
-            0.0
-        } else {
-            1.0 / self.fastest
-        };
+        let fastest = self.fastest();
+        if self.springs.unsoften() {
+            self.measure_held();
+        }
+        if self.soften(fastest) {
+            self.measure_held();
+        }
+        let per_fastest = 1.0 / fastest;
         let nodes = self
             .nodes
             .inverse_inertia
@@ -222,6 +231,21 @@ impl Tissue {
         }
         self.weighing.inertias = self.weighing.held;
         self.weighing.round += 1;
+    }
+
+    /// The largest square of a node's circular frequency that its inertia allows, 1/s².
+    fn fastest(&self) -> f32 {
+        match self.usual {
+            // Where hardly anything is stiff, nothing is too fast.
+            Some(usual) if usual.square >= 1.0 => self.accuracy.effort.fastest as f32 * usual.square,
+            _ => f32::INFINITY,
+        }
+    }
+
+    fn measure_held(&mut self) {
+        let held = &mut self.scratch.held;
+        held.measure(&self.springs, &self.motion.positions, &self.nodes.support);
+        self.weighing.held = Known::Yes;
     }
 
     /// A node has been moved: what was measured no longer holds, inertias may stay.
@@ -250,20 +274,25 @@ impl Tissue {
         self.forget_inertias();
     }
 
-    /// Sets the limit of frequencies from those of the tissue as built.
-    pub(crate) fn limit_frequencies(&mut self) {
+    /// Finds out what is usual in the tissue as built.
+    pub(crate) fn measure_usual(&mut self) {
         let held = &mut self.scratch.held;
         held.measure(&self.springs, &self.nodes.rest, &self.nodes.support);
-        let mut squares: Vec<f32> = held
-            .stiffness
-            .iter()
-            .zip(self.nodes.mass.iter())
-            .map(|(stiffness, mass)| stiffness / mass)
-            .collect();
-        squares.sort_unstable_by(f32::total_cmp);
-        let fastest = FASTEST * squares[squares.len() / 2];
-        // Where hardly anything is stiff, nothing is too fast.
-        self.fastest = if fastest >= 1.0 { fastest } else { f32::INFINITY };
+        let mut stiffness: Vec<f32> = held.stiffness.iter().collect();
+        let masses = self.nodes.mass.iter();
+        let mut squares: Vec<f32> = stiffness.iter().zip(masses).map(|(held, mass)| held / mass).collect();
+        let median = |values: &mut Vec<f32>| {
+            values.sort_unstable_by(f32::total_cmp);
+            values.get(values.len() / 2).copied()
+        };
+        self.usual = median(&mut stiffness)
+            .zip(median(&mut squares))
+            .map(|(stiffness, square)| Usual {
+                stiffness,
+                square,
+                fastest: squares.last().map_or(1.0, |largest| largest / square),
+            });
+        self.weighing.held = Known::No;
     }
 }
 

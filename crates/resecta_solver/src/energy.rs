@@ -9,7 +9,7 @@ use crate::tissue::Tissue;
 pub struct Energy {
     /// Of motion, by the nodes' inertia.
     pub kinetic: f64,
-    /// In the springs.
+    /// In the springs, with the stiffness that they are stepped with.
     pub elastic: f64,
     /// In the bed that holds the capsule.
     pub support: f64,
@@ -31,7 +31,7 @@ impl Tissue {
         for (spring, &[a, b]) in (0u32..).zip(&self.springs.nodes) {
             let elongation =
                 self.position64(a).distance(self.position64(b)) - f64::from(self.springs.rest_length(spring));
-            energy.elastic += 0.5 * f64::from(self.springs.stiffness(spring)) * elongation * elongation;
+            energy.elastic += 0.5 * f64::from(self.springs.stepped_stiffness(spring)) * elongation * elongation;
         }
         for node in (0..self.node_count() as u32).filter(|&node| self.is_node_alive(node)) {
             let moved = self.position64(node) - self.rest_position(node).as_dvec3();

@@ -44,7 +44,7 @@ impl Held {
         self.stiffness.values.copy_from_slice(&support.values);
         for (spring, ends) in (0u32..).zip(&springs.nodes) {
             for &end in ends {
-                let sum = self.stiffness.at(end) + 2.0 * springs.stiffness(spring);
+                let sum = self.stiffness.at(end) + 2.0 * springs.stepped_stiffness(spring);
                 self.stiffness.set(end, sum);
             }
         }
@@ -59,7 +59,7 @@ impl Held {
                 with_turn!(run.turn, self.add_run_tensors(simd, run, springs, positions));
             }
             for loose in springs.layout().loose(block) {
-                let [a, b] = gather(loose, positions);
+                let [a, b] = gather(loose, positions.view());
                 let (a, b) = (Registers::load(simd, &a), Registers::load(simd, &b));
                 let tensors = tensors(simd, springs.loose_bundle(loose), a, b);
                 let (diagonal, across) = (tensors.diagonal.stored(), tensors.across.stored());

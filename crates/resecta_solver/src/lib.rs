@@ -18,6 +18,7 @@
 //!
 //! Units are mm, g and s throughout, so pressure and modulus are in Pa, force in µN and stiffness in µN/mm = mN/m.
 
+mod aim;
 mod assemble;
 mod bound;
 mod collapse;
@@ -38,15 +39,18 @@ mod resect;
 mod runs;
 mod sites;
 mod sleep;
+mod soften;
 mod springs;
 mod surface;
 mod sweep;
+mod team;
 mod tissue;
 mod validate;
 mod vectors;
 mod watch;
 mod widest;
 
+pub use aim::AimReport;
 pub use bound::MOST_SUBSTEPS;
 pub use collapse::CollapseLaw;
 pub use contact::Contact;

@@ -15,7 +15,7 @@ use crate::marks::Marks;
 use crate::sites::{LANES, Sites};
 use crate::sleep::SUBSTEPS_A_LOOK;
 use crate::tissue::{Motion, Nodes, Tissue};
-use crate::vectors::{Registers, Vectors, load};
+use crate::vectors::{Registers, SiteVectors, Vectors, load};
 use crate::widest::{Widened, with_widest};
 use crate::{Contact, MOST_SUBSTEPS, PutAside};
 
@@ -29,6 +29,8 @@ pub struct StepReport {
     pub substeps: u32,
     /// Substeps made before in vain, because the tissue took a shape for which they were too long.
     pub substeps_repeated: u32,
+    /// Substeps of the second solution that a watch carries.
+    pub substeps_beside: u32,
     /// Length of a substep, s.
     pub substep_s: f64,
     /// Longest stable substep, s.
@@ -37,6 +39,18 @@ pub struct StepReport {
     pub put_aside: Vec<PutAside>,
     /// Contacts left out because a number in them was not finite, a plane lay beyond 10 m, or a node in them does not live.
     pub contacts_refused: usize,
+}
+
+impl StepReport {
+    /// Adds what the advance that followed did; lengths and bound are those of the last.
+    pub(crate) fn join(&mut self, next: StepReport) {
+        self.substeps = self.substeps.saturating_add(next.substeps);
+        self.substeps_repeated = self.substeps_repeated.saturating_add(next.substeps_repeated);
+        self.substeps_beside = self.substeps_beside.saturating_add(next.substeps_beside);
+        (self.substep_s, self.bound_s) = (next.substep_s, next.bound_s);
+        self.put_aside.extend(next.put_aside);
+        self.contacts_refused += next.contacts_refused;
+    }
 }
 
 /// An advance that was refused; nothing has moved.
@@ -129,8 +143,10 @@ impl Tissue {
         let mut report = self.make(|bound_s| Plan::new(duration_s, bound_s, effort), &usable)?;
         report.contacts_refused = contacts.len() - usable.len();
         self.fall_asleep();
-        if let Some(Err(_)) = self.watch_does(|finer| finer.advance(duration_s, &usable)) {
-            self.watch = None;
+        match self.watch_does(|other| other.advance(duration_s, &usable)) {
+            Some(Err(_)) => self.watch = None,
+            Some(Ok(beside)) => report.substeps_beside = beside.substeps,
+            None => {}
         }
         Ok(report)
     }
@@ -157,15 +173,14 @@ impl Tissue {
             for _ in 0..parts {
                 let part_s = step_s / f64::from(parts);
                 let report = self.make(|bound_s| Plan::of_steps(part_s, made as u32, bound_s, effort), &[])?;
-                total.substeps = total.substeps.saturating_add(report.substeps);
-                total.substeps_repeated = total.substeps_repeated.saturating_add(report.substeps_repeated);
-                (total.substep_s, total.bound_s) = (report.substep_s, report.bound_s);
-                total.put_aside.extend(report.put_aside);
+                total.join(report);
             }
             left -= made;
         }
-        if let Some(Err(_)) = self.watch_does(|finer| finer.advance_steps(step_s, steps)) {
-            self.watch = None;
+        match self.watch_does(|other| other.advance_steps(step_s, steps)) {
+            Some(Err(_)) => self.watch = None,
+            Some(Ok(beside)) => total.substeps_beside = beside.substeps,
+            None => {}
         }
         Ok(total)
     }
@@ -221,6 +236,7 @@ impl Tissue {
         Ok(StepReport {
             substeps: plan.substeps,
             substeps_repeated,
+            substeps_beside: 0,
             substep_s: plan.substep_s,
             bound_s: plan.bound_s,
             put_aside,
@@ -236,6 +252,9 @@ impl Tissue {
 
     /// Makes the substeps of a plan from where the tissue is.
     fn run(&mut self, plan: Plan, contacts: &[Contact]) {
+        if self.team.is_some() {
+            return self.run_by_team(plan, contacts);
+        }
         with_widest(Run {
             tissue: self,
             plan,
@@ -264,10 +283,8 @@ impl Tissue {
     /// contacts. Block by block: see `springs.rs`.
     #[inline(always)]
     pub(crate) fn substep<S: Simd>(&mut self, simd: S, plan: Plan, substep: u32, contacts: &[Contact]) {
+        self.add_resection_forces(plan);
         let scratch = &mut self.scratch;
-        for (node, step) in self.collapse.steps() {
-            scratch.external.add(node, step / plan.substeps as f32);
-        }
         let kicks = if substep == 1 {
             &scratch.kicks.half
         } else {
@@ -275,18 +292,33 @@ impl Tissue {
         };
         let substep_s = plan.substep_s as f32;
         for (number, block) in self.springs.layout().blocks().iter().enumerate() {
-            let positions = &self.motion.positions;
+            let positions = self.motion.positions.view();
             self.springs
                 .add_forces(simd, (number, block), &self.sleep, positions, &mut scratch.forces);
             if !self.sleep.is_awake(number) {
                 continue;
             }
-            self.nodes
-                .add_bed_forces(simd, &block.sites, positions, &mut scratch.forces);
-            let (sites, forces) = (block.sites.clone(), &mut scratch.forces);
+            let (sites, forces) = (&block.sites, &mut scratch.forces.values[block.sites.clone()]);
+            Bed::of(&self.nodes).add_forces(simd, sites, &positions.values[sites.clone()], forces);
+            let (kicks, loads) = (&kicks[sites.clone()], &scratch.external.values[sites.clone()]);
             self.motion
-                .kick_and_drift(simd, sites, kicks, substep_s, forces, &scratch.external);
+                .kick_and_drift(simd, sites.clone(), (kicks, substep_s), forces, loads);
         }
+        self.after_substep(plan, substep, contacts);
+    }
+
+    /// Lets the forces of resections grow by what they do in a substep.
+    #[inline(always)]
+    pub(crate) fn add_resection_forces(&mut self, plan: Plan) {
+        for (node, step) in self.collapse.steps() {
+            self.scratch.external.add(node, step / plan.substeps as f32);
+        }
+    }
+
+    /// Wakes what is reached, and holds contacts.
+    #[inline(always)]
+    pub(crate) fn after_substep(&mut self, plan: Plan, substep: u32, contacts: &[Contact]) {
+        let substep_s = plan.substep_s as f32;
         let time = substep as f32 / plan.substeps as f32;
         let duration_s = substep_s * plan.substeps as f32;
         if self.sleep.is_any_asleep() && substep.is_multiple_of(SUBSTEPS_A_LOOK) {
@@ -302,11 +334,12 @@ impl Tissue {
     pub(crate) fn end<S: Simd>(&mut self, simd: S) {
         let scratch = &mut self.scratch;
         for (number, block) in self.springs.layout().blocks().iter().enumerate() {
-            let (positions, forces) = (&self.motion.positions, &mut scratch.forces);
+            let (positions, forces) = (self.motion.positions.view(), &mut scratch.forces);
             self.springs
                 .add_forces(simd, (number, block), &self.sleep, positions, forces);
             if self.sleep.is_awake(number) {
-                self.nodes.add_bed_forces(simd, &block.sites, positions, forces);
+                let (places, at) = (&positions.values[block.sites.clone()], block.sites.clone());
+                Bed::of(&self.nodes).add_forces(simd, &block.sites, places, &mut forces.values[at]);
                 scratch
                     .kicks
                     .apply_half(simd, block.sites.clone(), forces, &mut self.motion.velocities);
@@ -315,17 +348,34 @@ impl Tissue {
     }
 }
 
-impl Nodes {
-    /// Adds the force of the bed to the nodes of a block that it holds, µN.
+/// The bed that holds some nodes where they were.
+pub(crate) struct Bed<'a> {
+    nodes: &'a Nodes,
+}
+
+impl Bed<'_> {
+    pub fn of(nodes: &Nodes) -> Bed<'_> {
+        Bed { nodes }
+    }
+
+    /// Adds its force to the nodes of a block, which lie at `places`, µN.
     #[inline(always)]
-    fn add_bed_forces<S: Simd>(&self, simd: S, block: &Range<usize>, positions: &Vectors, forces: &mut Vectors) {
-        for bed in &self.supported {
+    pub fn add_forces<S: Simd>(
+        &self,
+        simd: S,
+        block: &Range<usize>,
+        places: &[SiteVectors],
+        forces: &mut [SiteVectors],
+    ) {
+        for bed in &self.nodes.supported {
             let held = bed.start.max(block.start)..bed.end.min(block.end);
             if held.is_empty() {
                 continue;
             }
-            let (support, rest) = (&self.support.values[held.clone()], &self.rest.values[held.clone()]);
-            let (places, forces) = (&positions.values[held.clone()], &mut forces.values[held]);
+            let support = &self.nodes.support.values[held.clone()];
+            let rest = &self.nodes.rest.values[held.clone()];
+            let own = held.start - block.start..held.end - block.start;
+            let (places, forces) = (&places[own.clone()], &mut forces[own]);
             for n in 0..support.len() {
                 let away = Registers::load(simd, &rest[n]) - Registers::load(simd, &places[n]);
                 let sum = Registers::load(simd, &forces[n]);
@@ -333,6 +383,26 @@ impl Nodes {
             }
         }
     }
+}
+
+/// Changes the velocities of a site by the forces, keeps what rounding takes from its positions (compensated summation),
+/// and gives where its nodes go by these velocities.
+#[inline(always)]
+pub(crate) fn moved<S: Simd>(
+    simd: S,
+    (kick, time_s): (&Kick, f32),
+    place: &SiteVectors,
+    lost: &mut SiteVectors,
+    velocity: &mut SiteVectors,
+    force: &SiteVectors,
+) -> SiteVectors {
+    let now = kick.applied(simd, velocity, force);
+    let (before, remains) = (Registers::load(simd, place), Registers::load(simd, lost));
+    let step = now.times(f32x8::splat(simd, time_s)) - remains;
+    let after = before + step;
+    *lost = ((after - before) - step).stored();
+    *velocity = now.stored();
+    after.stored()
 }
 
 impl Motion {
@@ -344,42 +414,36 @@ impl Motion {
         }
     }
 
-    fn copy_from(&mut self, other: &Motion) {
+    pub(crate) fn copy_from(&mut self, other: &Motion) {
         self.positions.copy_from(&other.positions);
         self.lost.copy_from(&other.lost);
         self.velocities.copy_from(&other.velocities);
     }
 
-    /// Changes the velocities of some sites by the forces, moves the nodes on by their velocities, keeps what rounding takes
-    /// from the positions (compensated summation), and starts the next sum of forces from the loads. One pass.
+    /// Kicks and moves the nodes of some sites, and starts the next sum of forces from the loads. One pass.
     #[inline(always)]
     fn kick_and_drift<S: Simd>(
         &mut self,
         simd: S,
         sites: Range<usize>,
-        kicks: &[Kick],
-        time_s: f32,
-        forces: &mut Vectors,
-        external: &Vectors,
+        (kicks, time_s): (&[Kick], f32),
+        forces: &mut [SiteVectors],
+        loads: &[SiteVectors],
     ) {
-        let time_s = f32x8::splat(simd, time_s);
-        let (kicks, loads) = (&kicks[sites.clone()], &external.values[sites.clone()]);
         let (positions, lost) = (
             &mut self.positions.values[sites.clone()],
             &mut self.lost.values[sites.clone()],
         );
-        let (velocities, forces) = (
-            &mut self.velocities.values[sites.clone()],
-            &mut forces.values[sites.clone()],
-        );
+        let velocities = &mut self.velocities.values[sites];
         for n in 0..kicks.len() {
-            let velocity = kicks[n].applied(simd, &velocities[n], &forces[n]);
-            let (before, remains) = (Registers::load(simd, &positions[n]), Registers::load(simd, &lost[n]));
-            let step = velocity.times(time_s) - remains;
-            let place = before + step;
-            lost[n] = ((place - before) - step).stored();
-            positions[n] = place.stored();
-            velocities[n] = velocity.stored();
+            positions[n] = moved(
+                simd,
+                (&kicks[n], time_s),
+                &positions[n],
+                &mut lost[n],
+                &mut velocities[n],
+                &forces[n],
+            );
             forces[n] = loads[n];
         }
     }

@@ -11,7 +11,7 @@ use crate::springs::Springs;
 use crate::surface::Surface;
 use crate::tissue::{Living, Motion, NodeKind, Nodes, Pentahedra, Tissue};
 use crate::vectors::{Scalars, Vectors};
-use crate::watch::Accuracy;
+use crate::watch::{Accuracy, Effort};
 
 /// Nodes and springs with all that moves them. Every list about nodes has one entry a node, every list about springs one a
 /// spring.
@@ -187,7 +187,7 @@ impl Network {
 }
 
 impl Tissue {
-    /// A tissue of nodes and springs alone. Masses stay as they are: no node gets more inertia.
+    /// A tissue of nodes and springs alone. It makes the full effort: masses and springs are what they are.
     ///
     /// # Errors
     ///
@@ -224,7 +224,7 @@ impl Tissue {
         let inverse_inertia = masses()
             .zip(&network.fixed)
             .map(|(mass, fixed)| if *fixed { 0.0 } else { 1.0 / mass });
-        Ok(Tissue {
+        let mut tissue = Tissue {
             motion: Motion {
                 lost: Vectors::of(sites, lost),
                 velocities: Vectors::of(sites, velocities),
@@ -272,12 +272,16 @@ impl Tissue {
             },
             bound: None,
             weighing: Weighing::new(),
-            fastest: f32::INFINITY,
+            usual: None,
             sleep,
             motion_version: 0,
             accuracy: Accuracy::new(),
             watch: None,
+            team: None,
             scratch: Scratch::new(sites, spring_count),
-        })
+        };
+        tissue.measure_usual();
+        tissue.set_effort(Effort::FULL);
+        Ok(tissue)
     }
 }

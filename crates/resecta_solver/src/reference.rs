@@ -5,12 +5,12 @@ use glam::DVec3;
 
 use crate::tissue::Tissue;
 
-/// Which inertia the nodes have in the reference solution.
+/// Which inertia the nodes, and which stiffness the springs have in the reference solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Inertia {
-    /// Their masses: shows the whole error of a step.
+    /// Their masses and true stiffness: shows the whole error of a step.
     Mass,
-    /// What the step gives them (`bound.rs`): shows the error of the integration alone.
+    /// What the step gives them (`bound.rs`, `soften.rs`): shows the error of the integration alone.
     AsStepped,
 }
 
@@ -81,7 +81,11 @@ fn accelerations(
         let state = tissue.spring(spring);
         let [a, b] = state.nodes.map(|node| node as usize);
         let (along, length) = (positions[b] - positions[a]).normalize_and_length();
-        let pull = along * (f64::from(state.stiffness) * (length - f64::from(state.rest_length)));
+        let stiffness = match inertia {
+            Inertia::Mass => state.stiffness,
+            Inertia::AsStepped => tissue.springs.stepped_stiffness(spring),
+        };
+        let pull = along * (f64::from(stiffness) * (length - f64::from(state.rest_length)));
         forces[a] += pull;
         forces[b] -= pull;
     }

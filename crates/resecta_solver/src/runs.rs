@@ -44,6 +44,14 @@ pub(crate) struct Run {
     pub turn: usize,
 }
 
+impl Run {
+    /// Whether every spring begins where the one before ends.
+    #[inline(always)]
+    pub fn is_chain(&self) -> bool {
+        (self.span, self.turn) == (1, 0)
+    }
+}
+
 /// Up to [`LANES`] springs that are in no run.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Loose {

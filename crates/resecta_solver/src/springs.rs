@@ -9,13 +9,15 @@
 //!
 //! A removed spring keeps its slot with stiffness 0: nothing is renumbered, and removal costs nothing in the loop.
 
+use std::cell::Cell;
+
 use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::Vec3;
 
 use crate::runs::{Block, Layout, Loose, Run, with_turn};
 use crate::sites::{LANES, Lanes};
 use crate::sleep::Sleep;
-use crate::vectors::{Registers, SiteVectors, Vectors, load};
+use crate::vectors::{Registers, SiteVectors, Vectors, View, load};
 
 /// The springs of a tissue.
 #[derive(Debug, Clone)]
@@ -31,6 +33,8 @@ pub(crate) struct Springs {
     slot: Vec<u32>,
     bundles: Vec<Bundle>,
     layout: Layout,
+    /// The true stiffness of every spring, µN/mm, while some in `bundles` are softened (`soften.rs`); otherwise empty.
+    unsoftened: Vec<f32>,
 }
 
 /// What the forces of up to eight springs follow from, a lane each.
@@ -40,6 +44,14 @@ pub(crate) struct Bundle {
     pub stiffness: Lanes,
     /// mm.
     pub rest_length: Lanes,
+}
+
+/// At which ends of a run's springs forces are added.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Ends {
+    Both,
+    Low,
+    High,
 }
 
 /// Shorter than this a spring counts as having no direction, and gives no force; mm.
@@ -70,19 +82,66 @@ impl Springs {
             backing,
             slot,
             layout,
+            unsoftened: Vec::new(),
         }
     }
 
     /// Stiffness of a spring, µN/mm.
     #[inline]
     pub fn stiffness(&self, spring: u32) -> f32 {
+        match self.unsoftened.get(spring as usize) {
+            Some(&stiffness) => stiffness,
+            None => self.stepped_stiffness(spring),
+        }
+    }
+
+    /// Stiffness that a spring is stepped with, µN/mm: its own, or less while it is softened.
+    #[inline]
+    pub fn stepped_stiffness(&self, spring: u32) -> f32 {
         let (bundle, lane) = bundle_and_lane(self.slot[spring as usize]);
         self.bundles[bundle].stiffness.0[lane]
     }
 
     pub fn set_stiffness(&mut self, spring: u32, stiffness: f32) {
+        if let Some(unsoftened) = self.unsoftened.get_mut(spring as usize) {
+            *unsoftened = stiffness;
+        }
+        self.set_stepped_stiffness(spring, stiffness);
+    }
+
+    fn set_stepped_stiffness(&mut self, spring: u32, stiffness: f32) {
         let (bundle, lane) = bundle_and_lane(self.slot[spring as usize]);
         self.bundles[bundle].stiffness.0[lane] = stiffness;
+    }
+
+    /// Lets every spring be stepped with a stiffness that follows from its nodes, µN/mm, at most its own.
+    pub fn soften(&mut self, to: impl Fn([u32; 2]) -> f32) {
+        if self.unsoftened.is_empty() {
+            self.unsoftened = (0..self.nodes.len() as u32)
+                .map(|spring| self.stepped_stiffness(spring))
+                .collect();
+        }
+        for spring in 0..self.nodes.len() as u32 {
+            let own = self.unsoftened[spring as usize];
+            self.set_stepped_stiffness(spring, own.min(to(self.nodes[spring as usize])));
+        }
+    }
+
+    /// Steps every spring with its own stiffness again. Says whether some were softened.
+    pub fn unsoften(&mut self) -> bool {
+        let unsoftened = std::mem::take(&mut self.unsoftened);
+        for (spring, &stiffness) in (0u32..).zip(&unsoftened) {
+            self.set_stepped_stiffness(spring, stiffness);
+        }
+        !unsoftened.is_empty()
+    }
+
+    /// Springs that are softened.
+    pub fn softened(&self) -> usize {
+        let springs = (0u32..).zip(&self.unsoftened);
+        springs
+            .filter(|&(spring, &own)| self.stepped_stiffness(spring) < own)
+            .count()
     }
 
     /// Rest length of a spring, mm.
@@ -125,35 +184,39 @@ impl Springs {
         simd: S,
         (number, block): (usize, &Block),
         sleep: &Sleep,
-        positions: &Vectors,
+        positions: View,
         forces: &mut Vectors,
     ) {
         for run in self.layout.runs(block) {
             if !sleep.is_run_awake(number, run) {
                 continue;
             }
-            if (run.span, run.turn) == (1, 0) {
+            if run.is_chain() {
+                let forces = &mut forces.values[run.low..][..run.bundles + 1];
                 self.add_chain_forces(simd, run, positions, forces);
             } else {
+                let forces = forces.shared([run.low, run.low + run.span], run.bundles);
                 with_turn!(run.turn, self.add_run_forces(simd, run, positions, forces));
             }
         }
         for loose in self.layout.loose(block) {
-            self.add_loose_forces(simd, loose, positions, forces);
+            self.add_loose_forces(simd, loose, positions, |node, pull| forces.add(node, pull));
         }
     }
 
+    /// Adds the forces of a run to those at its low and at its high sites.
+
     #[inline(always)]
-    fn add_run_forces<const TURN: usize, const BACK: usize, S: Simd>(
+    pub fn add_run_forces<const TURN: usize, const BACK: usize, S: Simd>(
         &self,
         simd: S,
         run: &Run,
-        positions: &Vectors,
-        forces: &mut Vectors,
+        positions: View,
+        [at_low, at_high]: [&[Cell<SiteVectors>]; 2],
     ) {
         let bundles = self.bundles(run);
         let [lows, highs] = [run.low, run.low + run.span].map(|first| &positions.values[first..][..bundles.len()]);
-        let [at_low, at_high] = forces.shared([run.low, run.low + run.span], bundles.len());
+        let (at_low, at_high) = (&at_low[..bundles.len()], &at_high[..bundles.len()]);
         for n in 0..bundles.len() {
             let (low, high) = (Registers::load(simd, &lows[n]), Registers::load(simd, &highs[n]));
             let pulls = pulls(simd, &bundles[n], low, high.turned::<TURN>());
@@ -165,12 +228,13 @@ impl Springs {
     }
 
     /// Adds the forces of a run in which every spring begins where the one before ends: positions are read once, and each
-    /// site's two pulls are summed before they are added.
+    /// site's two pulls are summed before they are added. The forces are those at its low sites and, if there is one more,
+    /// at the last high site.
     #[inline(always)]
-    fn add_chain_forces<S: Simd>(&self, simd: S, run: &Run, positions: &Vectors, forces: &mut Vectors) {
+    pub fn add_chain_forces<S: Simd>(&self, simd: S, run: &Run, positions: View, forces: &mut [SiteVectors]) {
         let bundles = self.bundles(run);
         let places = &positions.values[run.low..][..bundles.len() + 1];
-        let forces = &mut forces.values[run.low..][..bundles.len() + 1];
+        let (forces, last) = forces.split_at_mut(bundles.len());
         let mut low = Registers::load(simd, &places[0]);
         let mut before = Registers::zero(simd);
         for n in 0..bundles.len() {
@@ -180,27 +244,28 @@ impl Springs {
             forces[n] = (sum + (pulls - before)).stored();
             (low, before) = (high, pulls);
         }
-        let last = &mut forces[bundles.len()];
-        *last = (Registers::load(simd, last) - before).stored();
+        if let [last, ..] = last {
+            *last = (Registers::load(simd, last) - before).stored();
+        }
     }
 
-    /// Positions are gathered, forces scattered, and only what lies between is done in registers.
+    /// Positions are gathered, forces handed out a node each, and only what lies between is done in registers.
     #[inline(always)]
-    fn add_loose_forces<S: Simd>(&self, simd: S, loose: &Loose, positions: &Vectors, forces: &mut Vectors) {
+    pub fn add_loose_forces<S: Simd>(&self, simd: S, loose: &Loose, positions: View, mut add: impl FnMut(u32, Vec3)) {
         let [a, b] = gather(loose, positions);
         let (a, b) = (Registers::load(simd, &a), Registers::load(simd, &b));
         let pulls = pulls(simd, self.loose_bundle(loose), a, b).stored();
         for (lane, &[a, b]) in loose.ends.iter().enumerate() {
             let pull = Vec3::from_array(pulls.map(|component| component.0[lane]));
-            forces.add(a, pull);
-            forces.add(b, -pull);
+            add(a, pull);
+            add(b, -pull);
         }
     }
 }
 
 /// Where the first and the second nodes of loose springs are; 0 past the last spring.
 #[inline(always)]
-pub(crate) fn gather(loose: &Loose, positions: &Vectors) -> [SiteVectors; 2] {
+pub(crate) fn gather(loose: &Loose, positions: View) -> [SiteVectors; 2] {
     let mut places = [SiteVectors::default(); 2];
     for (lane, pair) in loose.ends.iter().enumerate() {
         for (places, &node) in places.iter_mut().zip(pair) {
@@ -254,7 +319,7 @@ mod tests {
         fn run<S: Simd>(self, simd: S) {
             let OfBlock(springs, block, positions, forces) = self;
             let awake = Sleep::none(springs.layout());
-            springs.add_forces(simd, (0, block), &awake, positions, forces);
+            springs.add_forces(simd, (0, block), &awake, positions.view(), forces);
         }
     }
 

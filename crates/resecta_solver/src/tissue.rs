@@ -20,13 +20,14 @@ use std::ops::{Range, RangeInclusive};
 use glam::{DVec3, Vec3};
 use resecta_anatomy::{Zone, wedge};
 
-use crate::bound::Weighing;
+use crate::bound::{Usual, Weighing};
 use crate::collapse::Collapse;
 use crate::motion::Scratch;
 use crate::ranges::{FURTHEST_MM, HEAVIEST_G, MOST_DAMPED, STIFFEST};
 use crate::sleep::Sleep;
 use crate::springs::Springs;
 use crate::surface::Surface;
+use crate::team::Team;
 use crate::vectors::{Scalars, Vectors};
 use crate::watch::{Accuracy, Watch};
 
@@ -159,12 +160,14 @@ pub struct Tissue {
     /// The longest stable step of the tissue as it lies, s, if it has been measured.
     pub(crate) bound: Option<f64>,
     pub(crate) weighing: Weighing,
-    /// The largest square of a node's circular frequency that its inertia allows, 1/s².
-    pub(crate) fastest: f32,
+    /// None without nodes.
+    pub(crate) usual: Option<Usual>,
     pub(crate) sleep: Sleep,
     pub(crate) motion_version: u64,
     pub(crate) accuracy: Accuracy,
     pub(crate) watch: Option<Watch>,
+    /// None where one thread steps it.
+    pub(crate) team: Option<Team>,
     pub(crate) scratch: Scratch,
 }
 

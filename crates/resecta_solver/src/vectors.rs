@@ -36,6 +36,22 @@ pub(crate) struct Vectors {
     sites: Sites,
 }
 
+/// The vectors of all nodes, to be read.
+#[derive(Clone, Copy)]
+pub(crate) struct View<'a> {
+    pub values: &'a [SiteVectors],
+    pub sites: Sites,
+}
+
+impl View<'_> {
+    #[inline(always)]
+    pub fn at(&self, node: u32) -> Vec3 {
+        let (site, lane) = self.sites.place(node);
+        let [x, y, z] = &self.values[site];
+        Vec3::new(x.0[lane], y.0[lane], z.0[lane])
+    }
+}
+
 impl Scalars {
     pub fn zero(sites: Sites) -> Scalars {
         Scalars {
@@ -94,9 +110,16 @@ impl Vectors {
     }
 
     #[inline(always)]
+    pub fn view(&self) -> View<'_> {
+        View {
+            values: &self.values,
+            sites: self.sites,
+        }
+    }
+
+    #[inline(always)]
     pub fn at(&self, node: u32) -> Vec3 {
-        let (site, lane) = self.sites.place(node);
-        Vec3::from_array(self.values[site].map(|component| component.0[lane]))
+        self.view().at(node)
     }
 
     #[inline(always)]

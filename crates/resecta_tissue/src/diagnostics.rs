@@ -29,6 +29,8 @@ pub struct TissueDiagnostics {
     pub springs: usize,
     /// Living pentahedra.
     pub pentahedra: usize,
+    /// Springs stepped with less than their stiffness, to save substeps: see [`Effort`](resecta_solver::Effort).
+    pub springs_softened: usize,
     /// Components that were edited since the step before.
     pub edits: usize,
     /// Passes into which the tools' motion was divided.

@@ -23,8 +23,8 @@ pub struct TissueSettings {
     /// Followed as far as the error is watched.
     pub error_aim_mm: f32,
     /// Every how many steps the error of one is watched, for
-    /// [`TissueDiagnostics::error_mm`](crate::TissueDiagnostics::error_mm) and for the aim; the step then costs some five
-    /// times as much. 0 is never.
+    /// [`TissueDiagnostics::error_mm`](crate::TissueDiagnostics::error_mm) and for the aim; the step then costs some
+    /// three times as much. 0 is never.
     pub watch_error_every: u32,
 }
 

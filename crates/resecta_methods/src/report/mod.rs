@@ -1,5 +1,6 @@
 //! The report: measures every regime and writes `index.md`, `rows.md`, a chart a regime and `results.json`.
 
+mod aims;
 mod chart;
 mod page;
 mod summary;
@@ -14,6 +15,7 @@ use std::{
 pub use summary::{Advice, Measured, Summary};
 
 use crate::{
+    aims::{self as own, Aimed, Watched},
     conditions::reference,
     measure::{Row, run, run_product},
     method::{Choice, StepError},
@@ -115,6 +117,7 @@ pub fn write_report_of(
         source,
     })?;
     let (mut measured, mut rows) = (Vec::new(), Vec::new());
+    let mut told: (Vec<Watched>, Vec<Aimed>) = Default::default();
     for (done, regime) in regimes.iter().enumerate() {
         let begins = |method| Progress {
             done,
@@ -122,9 +125,11 @@ pub fn write_report_of(
             regime: regime.key,
             method,
         };
-        measured.push(measure(regime, &mut rows, |method| progress(begins(method)))?);
+        measured.push(measure(regime, &mut rows, &mut told, |method| {
+            progress(begins(method))
+        })?);
     }
-    let summary = summary::summarise(measured, rows);
+    let summary = summary::summarise(measured, rows, told);
     for measured in &summary.regimes {
         chart::draw(
             &out.join(format!("{}.svg", measured.regime.key)),
@@ -145,6 +150,7 @@ pub fn write_report_of(
 fn measure(
     regime: &Regime,
     rows: &mut Vec<Row>,
+    told: &mut (Vec<Watched>, Vec<Aimed>),
     mut begins: impl FnMut(&'static str),
 ) -> Result<Measured, ReportError> {
     begins("reference");
@@ -176,6 +182,9 @@ fn measure(
     for factor in PRODUCT_STEPS {
         rows.extend(run_product(regime, &network, &reference, factor * bound_s));
     }
+    let (watched, aimed) = own::measure(regime, &network, &reference);
+    told.0.extend(watched);
+    told.1.extend(aimed);
     Ok(Measured {
         regime: regime.clone(),
         conditions: reference.conditions,

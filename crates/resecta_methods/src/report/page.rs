@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::{
     FRAME_S, Measured, Summary,
+    aims::aims,
     tables::{number, orders, plain, table},
     verdicts::{percent, product, rules, tally, winners},
 };
@@ -55,6 +56,7 @@ pub fn page(summary: &Summary) -> String {
     }
     tally(&mut text, summary);
     product(&mut text, summary);
+    aims(&mut text, summary);
     text += "## Charts\n\nDown and to the left is better. At the first time of each regime.\n\n";
     for Measured { regime, .. } in &summary.regimes {
         let _ = write!(

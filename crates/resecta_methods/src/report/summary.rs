@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::FRAME_S;
 use crate::{
+    aims::{Aimed, Watched},
     choice::{Cost, WANTED, Winner, cheapest, winner},
     conditions::Conditions,
     measure::Row,
@@ -46,6 +47,10 @@ pub struct Summary {
     pub regimes: Vec<Measured>,
     /// Every method, step and time.
     pub rows: Vec<Row>,
+    /// What the product said of its own error.
+    pub watched: Vec<Watched>,
+    /// What the product took to reach aims.
+    pub aimed: Vec<Aimed>,
     /// The winner of every regime, time and wanted error, by either cost.
     pub winners: Vec<Winner>,
     /// The rules.
@@ -55,7 +60,7 @@ pub struct Summary {
 }
 
 /// Draws the conclusions.
-pub fn summarise(regimes: Vec<Measured>, rows: Vec<Row>) -> Summary {
+pub fn summarise(regimes: Vec<Measured>, rows: Vec<Row>, (watched, aimed): (Vec<Watched>, Vec<Aimed>)) -> Summary {
     let costs = [Cost::SpringVisits, Cost::CpuTime];
     let mut winners = Vec::new();
     for measured in &regimes {
@@ -87,6 +92,8 @@ pub fn summarise(regimes: Vec<Measured>, rows: Vec<Row>) -> Summary {
     Summary {
         regimes,
         rows,
+        watched,
+        aimed,
         winners,
         advice,
         win_nowhere,

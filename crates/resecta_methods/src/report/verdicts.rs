@@ -156,8 +156,8 @@ pub fn tally(text: &mut String, summary: &Summary) {
 /// Where the product's own solver stands among the winners.
 pub fn product(text: &mut String, summary: &Summary) {
     *text += "## Where the product stands\n\nThe product has one method, leapfrog in single precision and vector instructions, \
-              with substeps from its stability bound. An implicit method beside it would have to win where a scene asks for it: \
-              `slower` names those regimes, with how many times less the winner took.";
+              here with true masses and springs and substeps from its stability bound. An implicit method beside it would \
+              have to win where a scene asks for it: `slower` names those regimes, with how many times less the winner took.";
     let missed = summary
         .winners
         .iter()

@@ -1,0 +1,104 @@
+//! Motion to an aim: over a long time, with an effort chosen while going.
+//!
+//! Time is divided into spans. In the first the tissue makes the full effort, or what frequencies [`AT_FIRST`] ask for where a
+//! few springs are far stiffer than the rest, and a watch looks at its error: most errors come from what is fast, and that is
+//! gone first. Later, at ever longer intervals, a solution with the least effort is carried beside for a span. What error that
+//! one makes says how little effort is enough from there on. As long as less is made, a watch looks again now and then.
+
+use crate::motion::{StepError, StepReport};
+use crate::tissue::Tissue;
+use crate::watch::Effort;
+
+/// Length of a span, s: a tenth of a second, in which soft tissue swings once or twice, has two.
+const SPAN_S: f64 = 0.05;
+
+/// Squares of frequencies stepped in the first span, over the usual one. In the lattices of glands hardly any is as high.
+const AT_FIRST: f64 = 16.0;
+
+/// Spans from one watch to the next while the effort is not the full one.
+const SPANS_TO_WATCH: u64 = 16;
+
+/// What an advance to an aim did.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct AimReport {
+    /// All steps together; `substep_s` and `bound_s` are those of the last.
+    pub steps: StepReport,
+    /// The largest error seen in a span of the tissue's own motion, root mean square over the living nodes, mm.
+    pub error_mm: f64,
+}
+
+/// What is carried beside the tissue for a span.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Beside {
+    Nothing,
+    Finer,
+    Coarser,
+}
+
+impl Tissue {
+    /// Moves the tissue on by `duration_s` with as little effort as its aim allows (see [`Tissue::set_error_aim_mm`]): chooses
+    /// substeps, inertias and softening itself. Nothing sleeps meanwhile.
+    ///
+    /// # Errors
+    ///
+    /// As [`Tissue::advance`]; the spans before are made.
+    pub fn advance_to_aim(&mut self, duration_s: f64) -> Result<AimReport, StepError> {
+        let spans = (duration_s / SPAN_S).ceil().max(1.0);
+        let span_s = duration_s / spans;
+        let fastest_of_all = self.fastest_of_all();
+        let first = if fastest_of_all > AT_FIRST {
+            AT_FIRST
+        } else {
+            f64::INFINITY
+        };
+        self.set_effort(Effort {
+            fastest: first,
+            ..Effort::FULL
+        });
+        let mut report = AimReport::default();
+        let mut next_try = 1;
+        for span in 0..spans as u64 {
+            let slowed = self.effort().fastest < fastest_of_all;
+            let beside = if span == 0 || slowed && span.is_multiple_of(SPANS_TO_WATCH) {
+                Beside::Finer
+            } else if span == next_try && self.effort() != Effort::LEAST {
+                Beside::Coarser
+            } else {
+                Beside::Nothing
+            };
+            match beside {
+                Beside::Nothing => {}
+                Beside::Finer => self.begin_watch(),
+                Beside::Coarser => self.carry(Effort::LEAST),
+            }
+            let steps = self.advance_steps(span_s, 1)?;
+            if beside == Beside::Finer {
+                report.error_mm = report.error_mm.max(self.end_watch().unwrap_or(f64::NAN));
+            } else if beside == Beside::Coarser {
+                next_try = 2 * span + 1;
+                let error = self.watched_error_mm();
+                self.watch = None;
+                if let Some(error) = error {
+                    report.error_mm = report.error_mm.max(self.settle_for(error));
+                }
+            }
+            report.steps.join(steps);
+        }
+        Ok(report)
+    }
+
+    /// Makes as little effort as is enough when the least one has that error, mm. Gives the error that this means.
+    fn settle_for(&mut self, error_of_least: f64) -> f64 {
+        let (enough, before) = (0.5 * f64::from(self.error_aim_mm()), self.effort());
+        // As in `watch.rs`: the error falls a little faster than with the first power of the square.
+        let fastest = Effort::LEAST.fastest * (error_of_least / enough).max(1.0);
+        if fastest < before.fastest.min(self.fastest_of_all()) {
+            self.set_effort(Effort {
+                fastest,
+                ..Effort::LEAST
+            });
+            return error_of_least.min(enough);
+        }
+        0.0
+    }
+}
