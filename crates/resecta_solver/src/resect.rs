@@ -50,8 +50,9 @@ impl Tissue {
         let mut next = 0;
         while next < found.len() {
             for neighbour in self.surface.neighbours(found[next], &self.pentahedra.alive) {
-                let within = f64::from(self.centroid(neighbour).distance(centre)) <= radius_mm;
-                if within && !std::mem::replace(&mut seen[neighbour as usize], true) {
+                if !std::mem::replace(&mut seen[neighbour as usize], true)
+                    && f64::from(self.centroid(neighbour).distance(centre)) <= radius_mm
+                {
                     found.push(neighbour);
                 }
             }
@@ -191,41 +192,50 @@ impl Tissue {
     /// Takes from every spring what removed pentahedra lent it. Returns the springs that went, rising, with the stiffness
     /// (µN/mm) they had before, and those that stay, rising.
     fn weaken_springs(&mut self, removed: &[u32]) -> (Vec<(u32, f32)>, Vec<u32>) {
-        let mut touched: Vec<(u32, f32)> = Vec::new();
+        let mut losses: Vec<SpringLoss> = Vec::new();
         self.scratch.marked_springs.clear();
         for &pentahedron in removed {
-            let corners = self.pentahedron_nodes(pentahedron);
-            for place in self.pentahedra.share_range(pentahedron) {
-                let (spring, lent) = self.pentahedra.shares[place];
-                if self.springs.alive[spring as usize] {
-                    let before = self.springs.stiffness(spring);
-                    self.scratch
-                        .marked_springs
-                        .entry(spring, &mut touched, || (spring, before));
-                    self.weaken(spring, lent, &corners);
+            let corners = self.pentahedra.nodes[pentahedron as usize];
+            for &(spring, lent) in &self.pentahedra.shares[self.pentahedra.share_range(pentahedron)] {
+                if !self.springs.alive[spring as usize] {
+                    continue;
                 }
+                let new = || SpringLoss {
+                    spring,
+                    lent: 0.0,
+                    behind: 0,
+                };
+                let loss = self.scratch.marked_springs.entry(spring, &mut losses, new);
+                loss.lent += lent;
+                let ends = &self.springs.nodes[spring as usize];
+                loss.behind += u16::from(ends.iter().all(|end| corners.contains(end)));
             }
         }
-        touched.sort_unstable_by_key(|&(spring, _)| spring);
-        let (stay, gone): (Vec<_>, Vec<_>) = touched
-            .into_iter()
-            .partition(|&(spring, _)| self.springs.alive[spring as usize]);
-        (gone, stay.into_iter().map(|(spring, _)| spring).collect())
+        losses.sort_unstable_by_key(|loss| loss.spring);
+        let (mut gone, mut stay) = (Vec::new(), Vec::new());
+        for loss in losses {
+            let before = self.springs.stiffness(loss.spring);
+            self.weaken(&loss);
+            if self.springs.alive[loss.spring as usize] {
+                stay.push(loss.spring);
+            } else {
+                gone.push((loss.spring, before));
+            }
+        }
+        (gone, stay)
     }
 
-    /// Takes from a spring the volume that a pentahedron with these corners lent it. The spring goes when no pentahedron
-    /// has both its ends any more; one across a cell, which none has, goes with the first.
-    fn weaken(&mut self, spring: u32, lent: f32, corners: &[u32; 6]) {
-        self.shift_balance(spring, -1.0);
-        let index = spring as usize;
+    /// Takes from a spring what it lost. It goes when no pentahedron has both its ends any more; one across a cell, which
+    /// none has, goes with the first.
+    fn weaken(&mut self, loss: &SpringLoss) {
+        self.shift_balance(loss.spring, -1.0);
+        let index = loss.spring as usize;
         let springs = &mut self.springs;
-        if springs.nodes[index].iter().all(|end| corners.contains(end)) {
-            springs.behind[index] -= 1;
-        }
+        springs.behind[index] -= loss.behind;
         let backing = springs.backing[index];
         springs.alive[index] = springs.behind[index] > 0;
         springs.backing[index] = if springs.alive[index] {
-            (backing - lent).max(0.0)
+            (backing - loss.lent).max(0.0)
         } else {
             0.0
         };
@@ -234,8 +244,8 @@ impl Tissue {
         } else {
             0.0
         };
-        springs.set_stiffness(spring, springs.stiffness(spring) * left);
-        self.shift_balance(spring, 1.0);
+        springs.set_stiffness(loss.spring, springs.stiffness(loss.spring) * left);
+        self.shift_balance(loss.spring, 1.0);
     }
 
     /// Adds (`1.0`) or takes away (`-1.0`) the load that balances a spring's pre-tension.
@@ -339,6 +349,15 @@ struct NodeLoss {
     ratios: f32,
     /// Sum of V^0, mm³.
     rest_volume_mm3: f64,
+}
+
+/// What a spring lost with the pentahedra removed behind it.
+struct SpringLoss {
+    spring: u32,
+    /// Volume that they lent, mm³.
+    lent: f32,
+    /// How many had both its ends.
+    behind: u16,
 }
 
 struct SpringEnds {
