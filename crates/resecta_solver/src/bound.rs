@@ -118,7 +118,7 @@ impl Plan {
 }
 
 /// The longest h with `h w² tanh(r h / 2) / r <= 2`, by bisection between the bound without damping and one beyond it.
-fn longest_stable(square: f64, rate: f64) -> f64 {
+pub(crate) fn longest_stable(square: f64, rate: f64) -> f64 {
     if square <= 0.0 {
         return f64::INFINITY;
     }

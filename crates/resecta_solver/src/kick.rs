@@ -15,9 +15,9 @@ use crate::vectors::{Registers, SiteVectors, Vectors, load};
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Kick {
     /// Factor left of the velocity.
-    decay: Lanes,
+    pub decay: Lanes,
     /// Velocity gained per force, s/g.
-    push: Lanes,
+    pub push: Lanes,
 }
 
 /// The kicks of an advance, by site.

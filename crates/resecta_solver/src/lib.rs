@@ -10,6 +10,7 @@
 //! | how a step is made | `motion.rs` |
 //! | how long it may be | `bound.rs`, `held.rs` |
 //! | how large its error is | `watch.rs` |
+//! | how another machine makes the substeps | `machine.rs` |
 //! | what sleeps | `sleep.rs` |
 //! | what leaves when tissue is cut, and how the rest answers | `resect.rs`, `pieces.rs`, `collapse.rs` |
 //! | what the loop sweeps over | `sweep.rs` |
@@ -26,6 +27,7 @@ mod contact;
 mod energy;
 mod held;
 mod kick;
+mod machine;
 mod marks;
 mod material;
 mod mesh;
@@ -55,6 +57,7 @@ pub use bound::MOST_SUBSTEPS;
 pub use collapse::CollapseLaw;
 pub use contact::Contact;
 pub use energy::Energy;
+pub use machine::{Machine, Measured, NodeKick, Stretch};
 pub use material::{Material, ShearResistance};
 pub use mesh::{MeshError, Share, TissueMesh};
 pub use motion::{StepError, StepReport};

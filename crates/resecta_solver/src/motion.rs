@@ -159,6 +159,26 @@ impl Tissue {
     ///
     /// As [`Tissue::advance`]; the steps before are made.
     pub fn advance_steps(&mut self, step_s: f64, steps: u64) -> Result<StepReport, StepError> {
+        let effort = self.accuracy.effort;
+        let mut total = self.in_portions(step_s, steps, |tissue, part_s, made| {
+            tissue.make(|bound_s| Plan::of_steps(part_s, made, bound_s, effort), &[])
+        })?;
+        match self.watch_does(|other| other.advance_steps(step_s, steps)) {
+            Some(Err(_)) => self.watch = None,
+            Some(Ok(beside)) => total.substeps_beside = beside.substeps,
+            None => {}
+        }
+        Ok(total)
+    }
+
+    /// Makes steps portion by portion, so long that the bound is checked as often as it should be. `make` makes as many
+    /// steps of such a length as it is told, s.
+    pub(crate) fn in_portions<E: From<StepError>>(
+        &mut self,
+        step_s: f64,
+        steps: u64,
+        mut make: impl FnMut(&mut Tissue, f64, u32) -> Result<StepReport, E>,
+    ) -> Result<StepReport, E> {
         let (mut total, mut left) = (StepReport::default(), steps);
         let effort = self.accuracy.effort;
         self.sleep.wake_all();
@@ -171,22 +191,16 @@ impl Tissue {
                 (1, divisions.div_ceil(STRETCH))
             };
             for _ in 0..parts {
-                let part_s = step_s / f64::from(parts);
-                let report = self.make(|bound_s| Plan::of_steps(part_s, made as u32, bound_s, effort), &[])?;
+                let report = make(self, step_s / f64::from(parts), made as u32)?;
                 total.join(report);
             }
             left -= made;
-        }
-        match self.watch_does(|other| other.advance_steps(step_s, steps)) {
-            Some(Err(_)) => self.watch = None,
-            Some(Ok(beside)) => total.substeps_beside = beside.substeps,
-            None => {}
         }
         Ok(total)
     }
 
     /// Makes a plan that follows from a bound; should the tissue outrun the bound, a stricter one.
-    fn make(
+    pub(crate) fn make(
         &mut self,
         plan_of: impl Fn(f64) -> Result<Plan, StepError>,
         contacts: &[Contact],

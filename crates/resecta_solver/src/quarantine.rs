@@ -28,7 +28,7 @@ fn is_sound(velocity: f32, fastest: f32) -> bool {
 
 impl Plan {
     /// The fastest that a node may be, mm/s.
-    fn fastest(&self) -> f32 {
+    pub(crate) fn fastest(&self) -> f32 {
         (FURTHEST_MM / self.substep_s) as f32
     }
 }

@@ -489,7 +489,7 @@ impl Tissue {
         }
     }
 
-    fn check_node(&self, node: u32, field: &'static str, value: Vec3) -> Result<(), EditError> {
+    pub(crate) fn check_node(&self, node: u32, field: &'static str, value: Vec3) -> Result<(), EditError> {
         self.check_alive("node", node, self.is_node_alive(node))?;
         match value.to_array().into_iter().find(|component| !component.is_finite()) {
             None => Ok(()),
