@@ -16,6 +16,8 @@ pub struct GpuTissue {
     /// All but the motion.
     tissue: Tissue,
     motion: Motion,
+    /// A solution with less error, to tell that of this one by.
+    finer: Option<Box<GpuTissue>>,
 }
 
 impl GpuTissue {
@@ -31,6 +33,7 @@ impl GpuTissue {
             motion: Motion::new(gpu, &tissue)?,
             gpu: gpu.clone(),
             tissue,
+            finer: None,
         })
     }
 
@@ -42,7 +45,48 @@ impl GpuTissue {
     /// [`GpuError::Step`] when the step is refused, [`GpuError::Failed`] when the device fails; the stretches before are
     /// made.
     pub fn advance_steps(&mut self, step_s: f64, steps: u64) -> Result<StepReport, GpuError> {
-        self.tissue.advance_steps_on(&mut self.motion, step_s, steps)
+        let report = self.tissue.advance_steps_on(&mut self.motion, step_s, steps)?;
+        let finer = self.finer.as_mut();
+        if let Some(Err(_)) = finer.map(|finer| finer.advance_steps(step_s, steps)) {
+            self.finer = None;
+        }
+        Ok(report)
+    }
+
+    /// Begins to watch the error as [`Tissue::begin_watch`] does, with a second solution on the same graphics processor. An
+    /// edit ends the watch.
+    ///
+    /// # Errors
+    ///
+    /// As [`GpuTissue::new`] and [`GpuTissue::tissue`].
+    pub fn begin_watch(&mut self) -> Result<(), GpuError> {
+        let finer = GpuTissue::new(&self.gpu, &self.tissue()?.finer())?;
+        self.finer = Some(Box::new(finer));
+        Ok(())
+    }
+
+    /// The error that has come about since the watch began, root mean square over the living nodes, mm; None where there is
+    /// no watch.
+    ///
+    /// # Errors
+    ///
+    /// As [`GpuTissue::tissue`].
+    pub fn watched_error_mm(&self) -> Result<Option<f64>, GpuError> {
+        let Some(finer) = &self.finer else { return Ok(None) };
+        Ok(Some(self.tissue()?.apart_mm(&finer.tissue()?)))
+    }
+
+    /// Ends the watch, and puts more or less effort in if the error asks for it, as [`Tissue::end_watch`] does.
+    ///
+    /// # Errors
+    ///
+    /// As [`GpuTissue::edit`].
+    pub fn end_watch(&mut self) -> Result<Option<f64>, GpuError> {
+        let error = self.watched_error_mm()?;
+        if let Some(error) = error {
+            self.edit(|tissue| tissue.heed_error(error))?;
+        }
+        Ok(error)
     }
 
     /// Where the nodes are, with what single precision cannot hold of it, mm.
@@ -65,7 +109,8 @@ impl GpuTissue {
         Ok(tissue)
     }
 
-    /// Reads the tissue back, lets it be edited or cut, and copies it anew. What the edit refuses is the edit's to tell.
+    /// Reads the tissue back, lets it be edited or cut, and copies it anew. What the edit refuses is the edit's to tell. A
+    /// watch ends.
     ///
     /// # Errors
     ///

@@ -147,3 +147,25 @@ fn tissue_that_was_cut_does_not_move_and_does_not_pull() {
         .validate()
         .expect("a sound tissue");
 }
+
+#[test]
+fn a_watch_tells_the_same_error() {
+    let Some(gpu) = gpu() else { return };
+    let mut plain = swinging_block();
+    let mut moving = GpuTissue::new(&gpu, &plain).expect("a small tissue");
+    assert_eq!(moving.watched_error_mm(), Ok(None));
+    plain.begin_watch();
+    moving.begin_watch().expect("a working device");
+    let step_s = 0.5 * plain.bound_s();
+    plain.advance_steps(step_s, 100).expect("plain steps");
+    moving.advance_steps(step_s, 100).expect("plain steps");
+    let expected = plain.end_watch().expect("a watch");
+    let found = moving.end_watch().expect("a working device").expect("a watch");
+    println!("watched errors: {expected:.4e} and {found:.4e} mm");
+    assert!(
+        (found / expected - 1.0).abs() < 0.01,
+        "{found} mm, expected {expected} mm"
+    );
+    assert_eq!(moving.tissue().expect("a working device").effort(), plain.effort());
+    assert_eq!(moving.watched_error_mm(), Ok(None));
+}

@@ -196,15 +196,27 @@ impl Tissue {
 
     /// Begins to watch the error; a watch under way is forgotten.
     pub fn begin_watch(&mut self) {
-        self.carry(self.effort().finer(self.fastest_of_all()));
+        let other = Box::new(self.finer());
+        self.watch = Some(Watch { other });
     }
 
     /// Begins to carry a second solution with that effort.
     pub(crate) fn carry(&mut self, effort: Effort) {
         self.watch = None;
+        let other = Box::new(self.with_effort(effort));
+        self.watch = Some(Watch { other });
+    }
+
+    fn with_effort(&self, effort: Effort) -> Tissue {
         let mut other = self.clone();
+        other.watch = None;
         other.set_effort(effort);
-        self.watch = Some(Watch { other: Box::new(other) });
+        other
+    }
+
+    /// A tissue that from here on is closer to the truth. What a watch carries, for whoever advances it elsewhere.
+    pub fn finer(&self) -> Tissue {
+        self.with_effort(self.effort().finer(self.fastest_of_all()))
     }
 
     /// The largest square of a frequency there is, over the usual one, as built; at least 1.25.
@@ -218,13 +230,18 @@ impl Tissue {
     /// no watch: none was begun, or its steps were refused.
     pub fn watched_error_mm(&self) -> Option<f64> {
         let Watch { other } = self.watch.as_ref()?;
+        Some(self.apart_mm(other))
+    }
+
+    /// How far the living nodes are from those of another tissue of as many nodes, root mean square, mm.
+    pub fn apart_mm(&self, other: &Tissue) -> f64 {
         let living = (0..self.node_count() as u32).filter(|&node| self.is_node_alive(node));
         let apart = |node| {
             self.precise_position(node)
                 .distance_squared(other.precise_position(node))
         };
         let sum: f64 = living.map(apart).sum();
-        Some((sum / self.living.nodes.max(1) as f64).sqrt())
+        (sum / self.living.nodes.max(1) as f64).sqrt()
     }
 
     /// Ends the watch. Where the error is above the aim, the tissue goes on from the finer solution with more effort. Gives
@@ -232,28 +249,38 @@ impl Tissue {
     pub fn end_watch(&mut self) -> Option<f64> {
         let error = self.watched_error_mm();
         let watch = self.watch.take();
-        if let Some((error, watch)) = error.zip(watch) {
-            let before = self.accuracy.effort;
-            if self.accuracy.heed(error, self.fastest_of_all()) && watch.other.nodes.put_aside == self.nodes.put_aside {
-                self.go_on_from(&watch.other);
-            }
-            let effort = std::mem::replace(&mut self.accuracy.effort, before);
-            self.set_effort(effort);
+        if let Some((error, watch)) = error.zip(watch)
+            && self.heed_error(error)
+        {
+            self.go_on_from(&watch.other);
         }
         error
+    }
+
+    /// Changes the effort if an error that was watched asks for it, mm. Says whether it is above the aim.
+    pub fn heed_error(&mut self, error_mm: f64) -> bool {
+        let before = self.accuracy.effort;
+        let missed = self.accuracy.heed(error_mm, self.fastest_of_all());
+        let effort = std::mem::replace(&mut self.accuracy.effort, before);
+        self.set_effort(effort);
+        missed
+    }
+
+    /// Takes over where the nodes of another solution of the same tissue are and how they move, unless other nodes have been
+    /// put aside there.
+    pub fn go_on_from(&mut self, other: &Tissue) {
+        if other.nodes.put_aside != self.nodes.put_aside {
+            return;
+        }
+        self.motion.copy_from(&other.motion);
+        self.motion_version += 1;
+        self.sleep.wake_all();
+        self.forget_bound();
     }
 
     /// Does the same to the solution of a watch as was done to the tissue.
     pub(crate) fn watch_does<T>(&mut self, what: impl FnOnce(&mut Tissue) -> T) -> Option<T> {
         self.watch.as_mut().map(|watch| what(&mut watch.other))
-    }
-
-    /// Takes over where the nodes of another solution are and how they move.
-    fn go_on_from(&mut self, other: &Tissue) {
-        self.motion.copy_from(&other.motion);
-        self.motion_version += 1;
-        self.sleep.wake_all();
-        self.forget_bound();
     }
 }
 
