@@ -4,7 +4,7 @@ mod common;
 
 use std::{fs, path::Path};
 
-use common::{refuse, resecta, shared, succeed};
+use common::{no_driver, refuse, resecta, shared, succeed};
 
 /// Offset of the positions in a scene: eight letters and eight counts.
 const HEADER: usize = 40;
@@ -106,6 +106,29 @@ fn to_an_aim_the_solver_chooses_steps_that_keep_it() {
     let arguments = ["solve", &scene, "bad.bin", "--dt", "1", "--steps", "1", "--aim", "0"];
     let message = refuse(folder.path(), arguments);
     assert!(message.contains("--aim") && message.contains("above 0"), "{message}");
+}
+
+#[test]
+fn a_graphics_processor_takes_the_nodes_to_the_same_places() {
+    let Some(shared) = shared() else { return };
+    if no_driver() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let scene = shared.join("peers/scenes/tiny.bin").display().to_string();
+    let run = |out: &str, on: &[&str]| -> serde_json::Value {
+        let plain = ["solve", &scene, out, "--dt", "8e-5", "--steps", "1250"];
+        let line = succeed(folder.path(), plain.iter().chain(on).copied());
+        serde_json::from_str(line.trim()).unwrap()
+    };
+    let (plain, other) = (run("plain.bin", &[]), run("gpu.bin", &["--method", "gpu"]));
+    assert!(plain["adapter"].is_null() && !other["adapter"].as_str().unwrap().is_empty());
+    assert_eq!(plain["substeps"], other["substeps"]);
+    let read = |name: &str| positions(&fs::read(folder.path().join(name)).unwrap());
+    let (rms, largest) = errors_mm(&read("gpu.bin"), &read("plain.bin"));
+    println!("apart: RMS {rms:.2e} mm, largest {largest:.2e} mm");
+    // A hundredth of the error of the step on this scene.
+    assert!(rms < 4e-6 && largest < 3e-5, "{rms} and {largest} mm apart");
 }
 
 #[test]

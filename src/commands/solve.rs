@@ -5,9 +5,10 @@ use std::{path::PathBuf, time::Instant};
 use clap::{Args, ValueEnum};
 use cpu_time::ProcessTime;
 use resecta::{
-    solver::{AimReport, DEFAULT_ERROR_AIM_MM, StepReport, Tissue},
+    solver::{DEFAULT_ERROR_AIM_MM, StepReport, Tissue},
     spring_scene,
 };
+use resecta_gpu::{Gpu, GpuError, GpuTissue};
 use serde_json::json;
 
 use super::{Failure, files};
@@ -43,6 +44,8 @@ enum Method {
     Leapfrog,
     /// Leapfrog over the same time with steps, inertias and softened springs as the aim allows
     ToAim,
+    /// Leapfrog with the steps given on a graphics processor: worth it for large scenes, if at all
+    Gpu,
 }
 
 impl Solve {
@@ -57,14 +60,24 @@ impl Solve {
             .set_error_aim_mm(self.aim)
             .map_err(|error| failed(format!("--aim: {error}")))?;
         let threads = tissue.set_threads(self.threads.into());
+        // A graphics processor is opened once, whatever it then does.
+        let gpu = (self.method == Method::Gpu).then(Gpu::open).transpose();
+        let gpu = gpu.map_err(|error| failed(error.to_string()))?;
         let (wall, cpu) = (Instant::now(), ProcessTime::now());
-        let made = match self.method {
-            Method::Leapfrog => tissue.advance_steps(self.dt, self.steps).map(|steps| (steps, None)),
-            Method::ToAim => tissue
-                .advance_to_aim(self.dt * self.steps as f64)
-                .map(|AimReport { steps, error_mm }| (steps, Some(error_mm))),
+        let (mut told_mm, mut adapter) = (None, None);
+        let made = match (self.method, &gpu) {
+            (Method::ToAim, _) => tissue.advance_to_aim(self.dt * self.steps as f64).map(|report| {
+                told_mm = Some(report.error_mm);
+                report.steps
+            }),
+            (_, None) => tissue.advance_steps(self.dt, self.steps),
+            (_, Some(gpu)) => {
+                adapter = Some(gpu.adapter());
+                let made = self.advance_on(gpu, &mut tissue);
+                Ok(made.map_err(|error| failed(error.to_string()))?)
+            }
         };
-        let (report, told_mm): (StepReport, Option<f64>) = made.map_err(|error| failed(error.to_string()))?;
+        let report = made.map_err(|error| failed(error.to_string()))?;
         let (wall, cpu) = (wall.elapsed(), cpu.elapsed());
         files::write(&self.out, spring_scene::positions_to_bytes(&tissue))?;
         println!(
@@ -73,6 +86,7 @@ impl Solve {
                 "wall_s": wall.as_secs_f64(),
                 "cpu_s": cpu.as_secs_f64(),
                 "method": self.method.to_possible_value().map(|value| value.get_name().to_owned()),
+                "adapter": adapter,
                 "threads": threads,
                 "nodes": tissue.node_count(),
                 "springs": tissue.spring_count(),
@@ -87,5 +101,13 @@ impl Solve {
             })
         );
         Ok(())
+    }
+
+    /// Makes the steps on a graphics processor: there, and back again.
+    fn advance_on(&self, gpu: &Gpu, tissue: &mut Tissue) -> Result<StepReport, GpuError> {
+        let mut moving = GpuTissue::new(gpu, tissue)?;
+        let report = moving.advance_steps(self.dt, self.steps)?;
+        *tissue = moving.tissue()?;
+        Ok(report)
     }
 }

@@ -67,7 +67,7 @@ impl Slices {
                 let slot = slices.starts[node / SLICE] + degrees[node];
                 let entry = slot as usize * SLICE + node % SLICE;
                 slices.neighbours[entry] = other;
-                slices.springs[entry] = [state.stiffness, state.rest_length];
+                slices.springs[entry] = [tissue.stepped_stiffness(spring), state.rest_length];
                 degrees[node] += 1;
             }
         }

@@ -76,15 +76,21 @@ impl GpuTissue {
         Ok(Some(self.tissue()?.apart_mm(&finer.tissue()?)))
     }
 
-    /// Ends the watch, and puts more or less effort in if the error asks for it, as [`Tissue::end_watch`] does.
+    /// Ends the watch, puts more or less effort in if the error asks for it, and goes on from the finer solution if it is
+    /// above the aim, as [`Tissue::end_watch`] does.
     ///
     /// # Errors
     ///
     /// As [`GpuTissue::edit`].
     pub fn end_watch(&mut self) -> Result<Option<f64>, GpuError> {
         let error = self.watched_error_mm()?;
-        if let Some(error) = error {
-            self.edit(|tissue| tissue.heed_error(error))?;
+        if let Some((error, finer)) = error.zip(self.finer.take()) {
+            let finer = finer.tissue()?;
+            self.edit(|tissue| {
+                if tissue.heed_error(error) {
+                    tissue.go_on_from(&finer);
+                }
+            })?;
         }
         Ok(error)
     }

@@ -64,6 +64,11 @@ impl Tissue {
         true
     }
 
+    /// Stiffness that a spring is stepped with, µN/mm: its own, or less while it is softened.
+    pub fn stepped_stiffness(&self, spring: u32) -> f32 {
+        self.springs.stepped_stiffness(spring)
+    }
+
     /// Springs that are stepped with less than their stiffness at present, to save substeps: see [`Effort`](crate::Effort).
     pub fn softened_springs(&self) -> usize {
         self.springs.softened()
