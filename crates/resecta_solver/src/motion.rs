@@ -107,7 +107,8 @@ impl Widened for Run<'_> {
 pub(crate) struct Scratch {
     pub forces: Vectors,
     pub external: Vectors,
-    start: Motion,
+    /// The motion before the advance under way.
+    pub start: Motion,
     pub kicks: Kicks,
     pub held: Held,
     pub marked_nodes: Marks,
@@ -142,7 +143,7 @@ impl Tissue {
         let effort = self.accuracy.effort;
         let mut report = self.make(|bound_s| Plan::new(duration_s, bound_s, effort), &usable)?;
         report.contacts_refused = contacts.len() - usable.len();
-        self.fall_asleep();
+        self.fall_asleep(duration_s);
         match self.watch_does(|other| other.advance(duration_s, &usable)) {
             Some(Err(_)) => self.watch = None,
             Some(Ok(beside)) => report.substeps_beside = beside.substeps,
@@ -336,7 +337,7 @@ impl Tissue {
         let time = substep as f32 / plan.substeps as f32;
         let duration_s = substep_s * plan.substeps as f32;
         if self.sleep.is_any_asleep() && substep.is_multiple_of(SUBSTEPS_A_LOOK) {
-            self.wake_by_motion();
+            self.wake_by_motion(plan.substep_s * f64::from(substep));
         }
         for contact in contacts {
             self.motion.hold(contact, time, duration_s, &self.nodes.inverse_inertia);

@@ -43,6 +43,20 @@ fn a_tissue_at_rest_falls_asleep_and_is_computed_no_more() {
 }
 
 #[test]
+fn a_fine_lattice_sleeps_though_rounding_makes_it_tremble() {
+    // The finer, the higher the frequencies, and the faster the nodes tremble: here faster than the aim a second.
+    let mut tissue = tube(4.0, ShearResistance::Diagonals);
+    advance(&mut tissue, 1);
+    let fastest = |tissue: &Tissue| {
+        let speeds = (0..tissue.node_count() as u32).map(|node| tissue.velocity(node).length());
+        speeds.fold(0.0, f32::max)
+    };
+    assert!(fastest(&tissue) > tissue.error_aim_mm());
+    advance(&mut tissue, 4);
+    assert_eq!(tissue.sleeping_share(), 1.0);
+}
+
+#[test]
 fn a_pressed_tissue_comes_to_rest_and_sleeps() {
     let mut tissue = sleeper();
     load(&mut tissue, 40, Vec3::new(0.0, 300.0, 0.0));

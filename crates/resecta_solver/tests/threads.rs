@@ -87,12 +87,14 @@ fn the_number_of_threads_changes_no_bit() {
 #[test]
 fn sleepers_stay_where_they_are_whatever_the_number_of_threads() {
     let mut one = tube(4.0, ShearResistance::Diagonals);
-    one.set_velocity(40, Vec3::X * 5.0).expect("a finite velocity");
     let mut two = one.clone();
     two.set_threads(2);
     let mut shares = Vec::new();
-    for _ in 0..40 {
+    for step in 0..16 {
         for tissue in [&mut one, &mut two] {
+            if step == 6 {
+                tissue.set_load(40, Vec3::Y * 300.0).expect("a finite load");
+            }
             tissue.advance(STEP_S, &[]).expect("a plain advance");
         }
         assert!(state(&one) == state(&two));
