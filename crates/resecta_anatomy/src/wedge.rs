@@ -56,6 +56,23 @@ pub fn volume(nodes: &[u32; 6], position: impl Fn(u32) -> DVec3) -> f64 {
     six_volumes / 6.0
 }
 
+/// Change of [`volume`] with the place of each corner: the force with which a unit of pressure inside pushes it.
+///
+/// The six have no resultant and no moment.
+pub fn gradients(nodes: &[u32; 6], position: impl Fn(u32) -> DVec3) -> [DVec3; 6] {
+    let origin = position(nodes[0]);
+    let mut gradients = [DVec3::ZERO; 6];
+    for triangle in boundary(nodes) {
+        let [a, b, c] = triangle.map(|node| position(node) - origin);
+        for (node, product) in triangle.into_iter().zip([b.cross(c), c.cross(a), a.cross(b)]) {
+            if let Some(corner) = nodes.iter().position(|&of| of == node) {
+                gradients[corner] += product / 6.0;
+            }
+        }
+    }
+    gradients
+}
+
 /// Mean of the six corners.
 pub fn centroid(nodes: &[u32; 6], position: impl Fn(u32) -> DVec3) -> DVec3 {
     nodes.iter().map(|&node| position(node)).sum::<DVec3>() / 6.0
@@ -85,6 +102,32 @@ mod tests {
     fn mirroring_changes_only_the_sign() {
         let mirrored = |node: u32| PRISM[node as usize] * DVec3::new(-1.0, 1.0, 1.0);
         assert!((volume(&[0, 1, 2, 3, 4, 5], mirrored) + 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn gradients_are_differences_of_the_volume_without_resultant_or_moment() {
+        for nodes in [
+            [0, 1, 2, 3, 4, 5],
+            [7, 3, 9, 1, 4, 2],
+            [5, 0, 3, 1, 4, 2],
+            [2, 5, 4, 9, 1, 0],
+        ] {
+            // No face is flat.
+            let bent = |n: usize| PRISM[n] + DVec3::new((n as f64).sin(), (2.0 * n as f64).cos(), 0.3 * n as f64) * 0.2;
+            let corner = |node: u32| nodes.iter().position(|&of| of == node).expect("one of the nodes");
+            let gradients = gradients(&nodes, |node| bent(corner(node)));
+            for (n, gradient) in gradients.into_iter().enumerate() {
+                for axis in DVec3::AXES {
+                    // The volume is linear in each place.
+                    let moved = |node: u32| bent(corner(node)) + if corner(node) == n { axis } else { DVec3::ZERO };
+                    let change = volume(&nodes, moved) - volume(&nodes, |node| bent(corner(node)));
+                    assert!((change - gradient.dot(axis)).abs() < 1e-14, "{nodes:?}, corner {n}");
+                }
+            }
+            let force: DVec3 = gradients.into_iter().sum();
+            let moment: DVec3 = (0..6).map(|n| bent(n).cross(gradients[n])).sum();
+            assert!(force.length() < 1e-15 && moment.length() < 1e-14, "{force}, {moment}");
+        }
     }
 
     #[test]
