@@ -19,6 +19,9 @@ pub enum GpuError {
         /// What there is.
         allowed: u64,
     },
+    /// Pentahedra of the tissue hold their volume, which only the processor's own solver computes.
+    #[error("a graphics processor does not compute pentahedra that hold their volume")]
+    HoldsVolume,
     /// The device was lost, ran out of memory, or refused something.
     #[error("the graphics processor failed: {0}")]
     Failed(String),

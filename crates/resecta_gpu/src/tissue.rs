@@ -25,8 +25,12 @@ impl GpuTissue {
     ///
     /// # Errors
     ///
-    /// [`GpuError::Limit`] when it is too large for the adapter, [`GpuError::Failed`] when its memory does not hold it.
+    /// [`GpuError::Limit`] when it is too large for the adapter, [`GpuError::Failed`] when its memory does not hold it,
+    /// [`GpuError::HoldsVolume`] for a material with a Poisson's ratio of its own.
     pub fn new(gpu: &Gpu, tissue: &Tissue) -> Result<GpuTissue, GpuError> {
+        if tissue.holds_volume() {
+            return Err(GpuError::HoldsVolume);
+        }
         let mut tissue = tissue.clone();
         tissue.settle();
         Ok(GpuTissue {

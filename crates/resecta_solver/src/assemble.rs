@@ -9,13 +9,14 @@ use crate::bound::Weighing;
 use crate::collapse::Collapse;
 use crate::mesh::{MeshError, Share, TissueMesh};
 use crate::motion::Scratch;
-use crate::ranges::{FURTHEST_MM, HEAVIEST_G, MOST_DAMPED, SHORTEST_MM, STIFFEST, within};
+use crate::ranges::{FURTHEST_MM, HEAVIEST_G, LARGEST_MM3, MOST_DAMPED, SHORTEST_MM, SMALLEST_MM3, STIFFEST, within};
 use crate::sites::Lanes;
 use crate::sleep::Sleep;
 use crate::springs::Springs;
 use crate::surface::Surface;
 use crate::tissue::{Living, Motion, NodeKind, Nodes, Pentahedra, Tissue};
 use crate::vectors::{Scalars, Vectors};
+use crate::volumes::Volumes;
 use crate::watch::Accuracy;
 use crate::{Material, ShearResistance};
 
@@ -64,8 +65,12 @@ impl Tissue {
             .for_each(|&node| kind[node as usize] = NodeKind::Capsule);
 
         let surface = Surface::new(&mesh.pentahedra)?;
-        let springs = springs(mesh, material)?;
-        let (sites, sleep) = (springs.layout().sites(), Sleep::none(springs.layout()));
+        let (spring_modulus_pa, bulk_stiffness_pa) = material.moduli_pa();
+        let springs = springs(mesh, spring_modulus_pa)?;
+        let (sites, mut sleep) = (springs.layout().sites(), Sleep::none(springs.layout()));
+        let volumes = bulk_stiffness_pa.map(|stiffness| Volumes::new(sites, &mesh.pentahedra, &rest_volume, stiffness));
+        let reached = volumes.iter().flat_map(|volumes| volumes.layout().reached());
+        reached.for_each(|blocks| sleep.join(blocks));
         let rest = Vectors::of(sites, mesh.positions.iter().map(|position| position.as_vec3()));
         let (support, capsule_area) = support(mesh, material, &kind, &mass, &surface);
         let support = Scalars::of(sites, support);
@@ -108,6 +113,7 @@ impl Tissue {
             },
             nodes,
             springs,
+            volumes,
             pentahedra: Pentahedra {
                 nodes: mesh.pentahedra.clone(),
                 zone: mesh.zones.clone(),
@@ -119,7 +125,7 @@ impl Tissue {
             },
             surface,
             collapse: Collapse::new(sites),
-            modulus_pa: material.modulus_pa,
+            modulus_pa: spring_modulus_pa,
             pre_tension: 0.0,
             mean_length,
             reach: 0.0,
@@ -183,6 +189,22 @@ impl Tissue {
             }
             if !within(stiffness, 0.0, STIFFEST) {
                 return error("stiffness", "spring", spring, stiffness, "0 to 1e18 µN/mm");
+            }
+        }
+        for pentahedron in (0..self.pentahedron_count() as u32).filter(|_| self.volumes.is_some()) {
+            let volume = self.rest_volume_mm3(pentahedron) as f32;
+            let stiffness = self.volume_stiffness_pa(pentahedron) as f32 * volume.cbrt();
+            if !within(volume, SMALLEST_MM3, LARGEST_MM3) {
+                return error("rest volume", "pentahedron", pentahedron, volume, "1e-18 to 1e12 mm³");
+            }
+            if !within(stiffness, 0.0, STIFFEST) {
+                return error(
+                    "volume stiffness",
+                    "pentahedron",
+                    pentahedron,
+                    stiffness,
+                    "0 to 1e18 µN/mm",
+                );
             }
         }
         Ok(())
@@ -391,7 +413,7 @@ fn support(
     (stiffness, capsule_area)
 }
 
-fn springs(mesh: &TissueMesh, material: &Material) -> Result<Springs, MeshError> {
+fn springs(mesh: &TissueMesh, modulus_pa: f64) -> Result<Springs, MeshError> {
     let position = |node: u32| mesh.positions[node as usize].as_vec3();
     let rest_length: Vec<f32> = mesh
         .springs
@@ -415,7 +437,7 @@ fn springs(mesh: &TissueMesh, material: &Material) -> Result<Springs, MeshError>
     if let Some(spring) = backed.iter().position(|backed| !backed) {
         return Err(MeshError::NothingBehind(spring));
     }
-    let of_length = |(&backing, &length): (&f32, &f32)| stiffness(material.modulus_pa, backing, length);
+    let of_length = |(&backing, &length): (&f32, &f32)| stiffness(modulus_pa, backing, length);
     let stiffness: Vec<f32> = backing.iter().zip(&rest_length).map(of_length).collect();
     Ok(Springs::new(
         mesh.positions.len(),

@@ -11,8 +11,12 @@
 //! `(2 λ(D_i) + support) / m`, λ the largest eigenvalue. On the lattices here that is 1 % above the truth, where the sum
 //! `2 Σ k / m` without regard to direction is 2 to 3 times above it.
 //!
+//! Pentahedra that hold their volume add tensors of their own (`volume_effects.rs`), for a bound 12 % above the truth at
+//! rest and more under pressure.
+//!
 //! Directions turn as the tissue moves. The bound is measured before an advance and again after it; one that outran its
-//! bound is made again, at last with the sum without regard to direction, which no movement can exceed.
+//! bound is made again, at last with the sum without regard to direction, which no movement can exceed. Volume terms
+//! have no such sum: with them it is made again and again, with half the bound each time.
 //!
 //! # Inertia
 //!
@@ -244,7 +248,8 @@ impl Tissue {
 
     fn measure_held(&mut self) {
         let held = &mut self.scratch.held;
-        held.measure(&self.springs, &self.motion.positions, &self.nodes.support);
+        let (volumes, support) = (self.volumes.as_ref(), &self.nodes.support);
+        held.measure(&self.springs, volumes, &self.motion.positions, support);
         self.weighing.held = Known::Yes;
     }
 
@@ -277,7 +282,8 @@ impl Tissue {
     /// Finds out what is usual in the tissue as built.
     pub(crate) fn measure_usual(&mut self) {
         let held = &mut self.scratch.held;
-        held.measure(&self.springs, &self.nodes.rest, &self.nodes.support);
+        let (volumes, support) = (self.volumes.as_ref(), &self.nodes.support);
+        held.measure(&self.springs, volumes, &self.nodes.rest, support);
         let mut stiffness: Vec<f32> = held.stiffness.iter().collect();
         let masses = self.nodes.mass.iter();
         let mut squares: Vec<f32> = stiffness.iter().zip(masses).map(|(held, mass)| held / mass).collect();
@@ -302,7 +308,7 @@ mod tests {
     use crate::{Material, ShearResistance, TissueMesh};
     use glam::DVec3;
 
-    /// Forces of the springs with the nodes at some places, µN, in double precision.
+    /// Forces of the springs and the volume terms with the nodes at some places, µN, in double precision.
     fn forces(tissue: &Tissue, places: &[DVec3]) -> Vec<DVec3> {
         let mut forces = vec![DVec3::ZERO; places.len()];
         for spring in 0..tissue.spring_count() as u32 {
@@ -313,6 +319,7 @@ mod tests {
             forces[a] += pull;
             forces[b] -= pull;
         }
+        tissue.add_volume_forces(places, &mut forces);
         forces
     }
 
@@ -359,12 +366,28 @@ mod tests {
             ]
         });
         let mesh = TissueMesh::from_pentahedra((0..125).map(corner).collect(), pentahedra.collect());
-        let material = Material {
+        let plain = Material {
             viscosity_pa_s: 0.0,
             support_pa_per_mm: 0.0,
             shear: ShearResistance::None,
             ..Material::default()
         };
+        // Looser with volume terms, and most where pressure is high: what pentahedra share cancels, but counts.
+        for (poisson_ratio, closest) in [
+            (None, [1.3; 4]),
+            (Some(0.3), [1.4, 2.2, 1.7, 1.6]),
+            (Some(0.45), [1.4, 2.6, 2.0, 1.6]),
+            (Some(0.49), [1.4, 2.7, 2.0, 1.6]),
+        ] {
+            let material = Material {
+                poisson_ratio,
+                ..plain.clone()
+            };
+            assert_bound_is_close(&mesh, &material, corner, closest);
+        }
+    }
+
+    fn assert_bound_is_close(mesh: &TissueMesh, material: &Material, corner: fn(u32) -> DVec3, closest: [f64; 4]) {
         // At rest, stretched, squeezed and twisted.
         let shapes: [fn(DVec3) -> DVec3; 4] = [
             |place| place,
@@ -373,7 +396,7 @@ mod tests {
             |place| glam::DQuat::from_rotation_z(0.15 * place.z) * place,
         ];
         for (number, shape) in shapes.into_iter().enumerate() {
-            let mut tissue = Tissue::new(&mesh, &material).expect("a block is a tissue");
+            let mut tissue = Tissue::new(mesh, material).expect("a block is a tissue");
             for node in 0..125 {
                 tissue
                     .set_position(node, shape(corner(node)).as_vec3())
@@ -381,7 +404,9 @@ mod tests {
             }
             let (bound, square) = (tissue.bound_s(), largest_square(&tissue));
             let ratio = (2.0 / bound).powi(2) / square;
-            assert!((0.999..1.5).contains(&ratio), "shape {number}: {ratio}");
+            let case = format!("Poisson's ratio {:?}, shape {number}", material.poisson_ratio);
+            println!("{case}: {ratio:.2}");
+            assert!((0.999..closest[number]).contains(&ratio), "{case}: {ratio}");
         }
     }
 

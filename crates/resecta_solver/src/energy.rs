@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::pressure::energy_over_stiffness;
 use crate::tissue::Tissue;
 
 /// Energy of a tissue by kind, nJ (µN·mm).
@@ -11,6 +12,8 @@ pub struct Energy {
     pub kinetic: f64,
     /// In the springs, with the stiffness that they are stepped with.
     pub elastic: f64,
+    /// In the pentahedra that hold their volume; 0 where the material has no Poisson's ratio of its own.
+    pub volume: f64,
     /// In the bed that holds the capsule.
     pub support: f64,
     /// Of the loads that balance pre-tension; 0 at rest, and only a sum with `elastic` means anything.
@@ -20,7 +23,7 @@ pub struct Energy {
 impl Energy {
     /// The sum, nJ.
     pub fn total(&self) -> f64 {
-        self.kinetic + self.elastic + self.support + self.balance
+        self.kinetic + self.elastic + self.volume + self.support + self.balance
     }
 }
 
@@ -32,6 +35,13 @@ impl Tissue {
             let elongation =
                 self.position64(a).distance(self.position64(b)) - f64::from(self.springs.rest_length(spring));
             energy.elastic += 0.5 * f64::from(self.springs.stepped_stiffness(spring)) * elongation * elongation;
+        }
+        if self.volumes.is_some() {
+            for pentahedron in self.living_pentahedron_indices() {
+                let rest = self.rest_volume_mm3(pentahedron);
+                let held = energy_over_stiffness(self.volume_of(pentahedron) / rest);
+                energy.volume += self.volume_stiffness_pa(pentahedron) * rest * held;
+            }
         }
         for node in (0..self.node_count() as u32).filter(|&node| self.is_node_alive(node)) {
             let moved = self.position64(node) - self.rest_position(node).as_dvec3();

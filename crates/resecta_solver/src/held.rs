@@ -1,4 +1,4 @@
-//! How stiffly each node is held by the springs around it: what the bound of a substep follows from.
+//! How stiffly each node is held by the springs and pentahedra around it: what the bound of a substep follows from.
 
 use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::Vec3;
@@ -7,6 +7,7 @@ use crate::runs::{Run, with_turn};
 use crate::sites::{LANES, Lanes, Sites};
 use crate::springs::{Bundle, SHORTEST, Springs, gather};
 use crate::vectors::{Registers, Scalars, SiteVectors, Vectors, load};
+use crate::volumes::Volumes;
 use crate::widest::{Widened, fused, with_widest};
 
 /// A symmetric tensor a node, µN/mm.
@@ -30,16 +31,17 @@ impl Held {
     }
 
     /// Works out the stiffness of every node with the nodes at some positions; `support` holds each besides, µN/mm.
-    pub fn measure(&mut self, springs: &Springs, positions: &Vectors, support: &Scalars) {
+    pub fn measure(&mut self, springs: &Springs, volumes: Option<&Volumes>, positions: &Vectors, support: &Scalars) {
         with_widest(Measure {
             springs,
+            volumes,
             positions,
             support,
             held: self,
         });
     }
 
-    /// The same with every spring counted in every direction: no shape makes a node stiffer.
+    /// The same by the springs alone, every one counted in every direction: no shape makes them hold a node more stiffly.
     pub fn measure_any_shape(&mut self, springs: &Springs, support: &Scalars) {
         self.stiffness.values.copy_from_slice(&support.values);
         for (spring, ends) in (0u32..).zip(&springs.nodes) {
@@ -112,6 +114,7 @@ struct Tensors<S: Simd> {
 
 struct Measure<'a> {
     springs: &'a Springs,
+    volumes: Option<&'a Volumes>,
     positions: &'a Vectors,
     support: &'a Scalars,
     held: &'a mut Held,
@@ -124,6 +127,7 @@ impl Widened for Measure<'_> {
     fn run<S: Simd>(self, simd: S) {
         let Measure {
             springs,
+            volumes,
             positions,
             support,
             held,
@@ -131,6 +135,9 @@ impl Widened for Measure<'_> {
         held.diagonal.values.fill(SiteVectors::default());
         held.across.values.fill(SiteVectors::default());
         held.add_tensors(simd, springs, positions);
+        if let Some(volumes) = volumes {
+            volumes.add_tensors(simd, positions, &mut held.diagonal, &mut held.across);
+        }
         let tensors = held.diagonal.values.iter().zip(&held.across.values);
         let stiffness = held.stiffness.values.iter_mut().zip(&support.values);
         for ((diagonal, across), (stiffness, support)) in tensors.zip(stiffness) {

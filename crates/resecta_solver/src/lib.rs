@@ -6,6 +6,7 @@
 //! | to find | look in |
 //! |---|---|
 //! | how a spring's force is computed | `springs.rs`, laid out in `sites.rs` and `runs.rs` |
+//! | how pentahedra hold their volume | `pressure.rs`, computed in `volumes.rs` and `volume_effects.rs` |
 //! | a scene of nodes and springs alone | `network.rs` |
 //! | how a step is made | `motion.rs` |
 //! | how long it may be | `bound.rs`, `held.rs` |
@@ -34,6 +35,7 @@ mod mesh;
 mod motion;
 mod network;
 mod pieces;
+mod pressure;
 mod quarantine;
 mod ranges;
 pub mod reference;
@@ -49,6 +51,9 @@ mod team;
 mod tissue;
 mod validate;
 mod vectors;
+mod volume_effects;
+mod volume_runs;
+mod volumes;
 mod watch;
 mod widest;
 

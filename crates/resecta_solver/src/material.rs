@@ -1,4 +1,4 @@
-//! What a tissue is made of: modulus, density, viscosity, and how its lattice resists shear.
+//! What a tissue is made of: modulus, density, viscosity, how its lattice resists shear and how it holds its volume.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +21,16 @@ pub enum ShearResistance {
 pub struct Material {
     /// Young's modulus, Pa; above 0.
     pub modulus_pa: f64,
+    /// Poisson's ratio: by how much of a stretch the tissue gets narrower. None leaves it to the springs, which gives 1/4
+    /// with diagonals and 0 without, and costs nothing.
+    ///
+    /// With a number every pentahedron holds its volume besides and resists turning inside out (`pressure.rs`). From 0.25 to
+    /// 0.49 with diagonals; from 0 to 0.49 without, where it is the ratio, and `modulus_pa` the modulus, of a stretch along
+    /// the springs, and resistance to shear stays what it is (without tension, springs across a stretch then buckle). Soft
+    /// tissue is mostly water, which makes 0.45 to 0.49. Steps get shorter as it rises, to a fifth at 0.49:
+    /// `docs/materials.md` has errors and costs.
+    #[serde(default)]
+    pub poisson_ratio: Option<f64>,
     /// Density, g/mm³; above 0. Water is 0.001.
     pub density_g_per_mm3: f64,
     /// Viscosity, Pa·s; 0 or more. See [`Material::damping_rate`] for how it damps a node.
@@ -33,6 +43,12 @@ pub struct Material {
 
 /// Density of prostate tissue by convention, g/mm³ (measured 0.98 to 1.05 g/ml).
 const DENSITY: f64 = 1.0e-3;
+
+/// Largest Poisson's ratio. Bulk stiffness grows without limit towards 1/2.
+const LARGEST_RATIO: f64 = 0.49;
+
+/// Poisson's ratio of springs with diagonals, by Cauchy's relations.
+const RATIO_OF_DIAGONALS: f64 = 0.25;
 
 /// Stiffness of the capsule's bed: pelvic fat of some 5 kPa, some 10 mm deep.
 const SUPPORT: f64 = 500.0;
@@ -64,6 +80,7 @@ impl Material {
     const fn soft(modulus_pa: f64, viscosity_pa_s: f64, shear: ShearResistance) -> Material {
         Material {
             modulus_pa,
+            poisson_ratio: None,
             density_g_per_mm3: DENSITY,
             viscosity_pa_s,
             support_pa_per_mm: SUPPORT,
@@ -94,6 +111,35 @@ impl Material {
         self.viscosity_pa_s * wave_number * wave_number / self.density_g_per_mm3
     }
 
+    /// Poisson's ratio of the springs alone.
+    fn least_ratio(&self) -> f64 {
+        match self.shear {
+            ShearResistance::Diagonals => RATIO_OF_DIAGONALS,
+            ShearResistance::None | ShearResistance::PreTension(_) => 0.0,
+        }
+    }
+
+    /// Modulus that the springs are to have and bulk stiffness of the volume terms, Pa, which together have
+    /// [`Material::modulus_pa`] and [`Material::poisson_ratio`]; no bulk stiffness where the springs have these by
+    /// themselves.
+    ///
+    /// Springs with diagonals have λ = μ and bring μ, volume terms the rest of λ. Those without have a ratio of 0: beside a
+    /// bulk stiffness K their modulus E_s becomes E_s (E_s + 3 K) / (E_s + 2 K) and the ratio K / (E_s + 2 K), so that E_s is
+    /// 2 μ and K is λ.
+    pub(crate) fn moduli_pa(&self) -> (f64, Option<f64>) {
+        let least = self.least_ratio();
+        let Some(ratio) = self.poisson_ratio.filter(|&ratio| ratio > least) else {
+            return (self.modulus_pa, None);
+        };
+        let shear_modulus = self.modulus_pa / (2.0 * (1.0 + ratio));
+        let lambda = 2.0 * shear_modulus * ratio / (1.0 - 2.0 * ratio);
+        if least > 0.0 {
+            (2.0 * (1.0 + least) * shear_modulus, Some(lambda - shear_modulus))
+        } else {
+            (2.0 * shear_modulus, Some(lambda))
+        }
+    }
+
     /// The first field out of its range: its name, its value and what was expected.
     pub fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
@@ -113,6 +159,17 @@ impl Material {
                 self.support_pa_per_mm,
                 "a finite number, 0 or more",
             ));
+        }
+        let least_ratio = self.least_ratio();
+        if let Some(ratio) = self.poisson_ratio
+            && !(least_ratio..=LARGEST_RATIO).contains(&ratio)
+        {
+            let expected = if least_ratio > 0.0 {
+                "0.25 to 0.49 with diagonals"
+            } else {
+                "0 to 0.49"
+            };
+            return Some(("poisson_ratio", ratio, expected));
         }
         match self.shear {
             ShearResistance::PreTension(strain) if !(0.0..=0.2).contains(&strain) => {

@@ -98,7 +98,7 @@ pub enum MeshError {
     Range {
         /// Name of the number.
         field: &'static str,
-        /// `node` or `spring`.
+        /// `node`, `spring` or `pentahedron`.
         what: &'static str,
         /// Which one.
         index: usize,

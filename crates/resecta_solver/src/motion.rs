@@ -22,6 +22,9 @@ use crate::{Contact, MOST_SUBSTEPS, PutAside};
 /// Most substeps that [`Tissue::advance_steps`] makes before it checks the bound, which costs as much as some four.
 const STRETCH: u32 = 128;
 
+/// How often an advance is made again with half the bound for pentahedra that hold their volume.
+const MOST_HALVINGS: u32 = 8;
+
 /// What one advance did.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StepReport {
@@ -78,8 +81,9 @@ enum Attempt {
     AsItLay,
     /// By the bound of the shape that the first attempt led to.
     AsItCame,
-    /// By a bound that holds for any shape.
-    ForAnyShape,
+    /// By a bound that holds for any shape. The volume terms of pentahedra have none: with them this is made again, with half
+    /// the bound each time, so many times at most.
+    ForAnyShape { again: u32 },
 }
 
 /// The substeps of a plan, compiled for several widths of vector registers.
@@ -223,16 +227,27 @@ impl Tissue {
         loop {
             self.run(plan, contacts);
             let (bound_s, is_sound) = (self.measure_bound_s(), self.motion.is_sound(plan));
-            if attempt == Attempt::ForAnyShape || is_sound && plan.substep_s <= bound_s {
+            let is_last = attempt == Attempt::ForAnyShape { again: 0 };
+            if is_last || is_sound && plan.substep_s <= bound_s {
                 break;
             }
             // The tissue has turned into a shape for which the step was too long.
-            let stricter = if !is_sound || attempt == Attempt::AsItCame {
-                attempt = Attempt::ForAnyShape;
-                self.bound_of_any_shape_s()
-            } else {
+            let again = match attempt {
+                Attempt::ForAnyShape { again } => again - 1,
+                _ if self.volumes.is_some() => MOST_HALVINGS,
+                _ => 0,
+            };
+            let stricter = if is_sound && attempt == Attempt::AsItLay {
                 attempt = Attempt::AsItCame;
                 bound_s
+            } else {
+                attempt = Attempt::ForAnyShape { again };
+                let of_springs = self.bound_of_any_shape_s();
+                if self.volumes.is_some() {
+                    of_springs.min(0.5 * plan.bound_s)
+                } else {
+                    of_springs
+                }
             };
             self.motion.copy_from(&self.scratch.start);
             self.forget_bound();
@@ -310,6 +325,10 @@ impl Tissue {
             let positions = self.motion.positions.view();
             self.springs
                 .add_forces(simd, (number, block), &self.sleep, positions, &mut scratch.forces);
+            if let Some(volumes) = &self.volumes {
+                let places = &self.motion.positions;
+                volumes.add_forces(simd, number, &self.sleep, places, &mut scratch.forces);
+            }
             if !self.sleep.is_awake(number) {
                 continue;
             }
@@ -352,6 +371,9 @@ impl Tissue {
             let (positions, forces) = (self.motion.positions.view(), &mut scratch.forces);
             self.springs
                 .add_forces(simd, (number, block), &self.sleep, positions, forces);
+            if let Some(volumes) = &self.volumes {
+                volumes.add_forces(simd, number, &self.sleep, &self.motion.positions, forces);
+            }
             if self.sleep.is_awake(number) {
                 let (places, at) = (&positions.values[block.sites.clone()], block.sites.clone());
                 Bed::of(&self.nodes).add_forces(simd, &block.sites, places, &mut forces.values[at]);
@@ -483,7 +505,17 @@ mod tests {
         });
         let pentahedra = (0..39).map(|n| [0, 1, 2, 3, 4, 5].map(|corner| 3 * n + corner));
         let mesh = TissueMesh::from_pentahedra(positions.collect(), pentahedra.collect());
-        let mut tissue = Tissue::new(&mesh, &Material::default()).expect("prisms are a tissue");
+        for poisson_ratio in [None, Some(0.45)] {
+            let material = Material {
+                poisson_ratio,
+                ..Material::default()
+            };
+            let tissue = Tissue::new(&mesh, &material).expect("prisms are a tissue");
+            assert_same_bits(tissue);
+        }
+    }
+
+    fn assert_same_bits(mut tissue: Tissue) {
         tissue
             .set_load(60, Vec3::new(300.0, -200.0, 100.0))
             .expect("a finite load");

@@ -257,6 +257,7 @@ impl Tissue {
                 share_start: vec![0],
                 shares: Vec::new(),
             },
+            volumes: None,
             surface: Surface::new(&[]).expect("no pentahedra share no face"),
             collapse: Collapse::new(sites),
             modulus_pa: 0.0,

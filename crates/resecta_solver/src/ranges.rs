@@ -9,6 +9,10 @@ pub(crate) const FURTHEST_MM: f32 = 1e4;
 /// Shortest rest length of a spring of a tissue that is built from pentahedra, mm.
 pub(crate) const SHORTEST_MM: f32 = 1e-6;
 
+/// Least and largest rest volume of a pentahedron that holds it, mm³.
+pub(crate) const SMALLEST_MM3: f32 = 1e-18;
+pub(crate) const LARGEST_MM3: f32 = 1e12;
+
 /// Stiffest spring and bed, µN/mm.
 pub(crate) const STIFFEST: f32 = 1e18;
 

@@ -16,7 +16,7 @@ pub enum Inertia {
 
 /// Positions after `duration_s` in `steps` steps from the tissue's present state, mm, a node each.
 ///
-/// Springs, bed, damping, loads and resection forces (coming on linearly, as over one advance of that length) act;
+/// Springs, volume terms, bed, damping, loads and resection forces (coming on linearly, as over one advance of that length) act;
 /// contacts do not. Removed nodes and nodes put aside stay where they are.
 pub fn positions_after(tissue: &Tissue, duration_s: f64, steps: u32, inertia: Inertia) -> Vec<DVec3> {
     let mut tissue = tissue.clone();
@@ -89,6 +89,7 @@ fn accelerations(
         forces[a] += pull;
         forces[b] -= pull;
     }
+    tissue.add_volume_forces(positions, &mut forces);
     for (node, force) in (0u32..).zip(&mut forces) {
         let stepped = tissue.inertia_g(node);
         let inertia = match inertia {

@@ -106,6 +106,9 @@ impl Tissue {
 
         for &pentahedron in &removed {
             self.pentahedra.alive[pentahedron as usize] = false;
+            if let Some(volumes) = &mut self.volumes {
+                volumes.remove(pentahedron);
+            }
             for node in self.pentahedra.nodes[pentahedron as usize] {
                 let left = &mut self.nodes.pentahedra_left[node as usize];
                 *left -= 1;

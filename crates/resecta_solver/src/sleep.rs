@@ -70,7 +70,7 @@ pub(crate) struct Sleep {
     awake: Vec<bool>,
     /// Advances in a row at the end of which the block was quiet.
     quiet: Vec<u32>,
-    /// The other blocks that each shares a spring with.
+    /// The other blocks that each shares a spring, or a pentahedron that holds its volume, with.
     neighbours: Vec<Vec<u32>>,
     asleep: usize,
 }
@@ -116,6 +116,24 @@ impl Sleep {
     #[inline(always)]
     pub fn is_run_awake(&self, block: usize, run: &Run) -> bool {
         self.asleep == 0 || self.awake[block] || high_blocks(run).into_iter().any(|high| self.awake[high])
+    }
+
+    /// Whether one of some blocks is awake.
+    #[inline(always)]
+    pub fn is_any_awake(&self, blocks: &[u32]) -> bool {
+        self.asleep == 0 || blocks.iter().any(|&block| self.awake[block as usize])
+    }
+
+    /// Makes blocks neighbours of each other.
+    pub fn join(&mut self, blocks: &[u32]) {
+        for &one in blocks {
+            for &other in blocks {
+                let neighbours = &mut self.neighbours[one as usize];
+                if one != other && !neighbours.contains(&other) {
+                    neighbours.push(other);
+                }
+            }
+        }
     }
 
     /// Whether any block sleeps.

@@ -9,7 +9,8 @@
 //! hardly ever get there.
 //!
 //! The error is that of the softened springs, seen by a watch like any other. Springs of a tissue with pre-tension are not
-//! softened: they would lose the tension that holds the shape.
+//! softened: they would lose the tension that holds the shape; nor those of one whose pentahedra hold their volume, whose
+//! nodes are held by more than springs.
 
 use crate::held::Held;
 use crate::tissue::Tissue;
@@ -24,7 +25,8 @@ impl Tissue {
     ///
     /// Takes the measure of how nodes are held (`held.rs`) as known; it is another one afterwards.
     pub(crate) fn soften(&mut self, fastest: f32) -> bool {
-        let Some(usual) = self.usual.filter(|_| fastest.is_finite() && self.pre_tension == 0.0) else {
+        let softens = fastest.is_finite() && self.pre_tension == 0.0 && self.volumes.is_none();
+        let Some(usual) = self.usual.filter(|_| softens) else {
             return false;
         };
         let (held, floor): (&Held, f32) = (&self.scratch.held, SOFTENED_FROM * usual.stiffness);

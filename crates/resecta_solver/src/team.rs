@@ -435,10 +435,10 @@ impl Job<'_> {
 }
 
 impl Tissue {
-    /// Lets up to so many threads step the tissue, and says how many will: small tissues are faster with one. The result has
-    /// the same bits with any number.
+    /// Lets up to so many threads step the tissue, and says how many will: small tissues are faster with one, and those whose
+    /// pentahedra hold their volume take one. The result has the same bits with any number.
     pub fn set_threads(&mut self, threads: usize) -> usize {
-        if threads != self.threads() {
+        if threads != self.threads() && self.volumes.is_none() {
             self.team = Team::new(threads, &self.springs);
         }
         self.watch_does(|other| other.set_threads(threads));

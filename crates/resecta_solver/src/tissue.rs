@@ -29,6 +29,7 @@ use crate::springs::Springs;
 use crate::surface::Surface;
 use crate::team::Team;
 use crate::vectors::{Scalars, Vectors};
+use crate::volumes::Volumes;
 use crate::watch::{Accuracy, Watch};
 
 /// What moves: the state that one step turns into the next.
@@ -144,9 +145,11 @@ pub struct Tissue {
     pub(crate) nodes: Nodes,
     pub(crate) springs: Springs,
     pub(crate) pentahedra: Pentahedra,
+    /// Where the material has a Poisson's ratio of its own.
+    pub(crate) volumes: Option<Volumes>,
     pub(crate) surface: Surface,
     pub(crate) collapse: Collapse,
-    /// Pa; what shares of volume are multiplied by to give stiffness.
+    /// Pa; what shares of volume are multiplied by to give stiffness: the modulus of the springs alone.
     pub(crate) modulus_pa: f64,
     /// Strain of the springs in the rest shape.
     pub(crate) pre_tension: f32,

@@ -96,6 +96,9 @@ pub enum Inconsistency {
         /// Living pentahedra around it.
         found: usize,
     },
+    /// A removed pentahedron still presses on its corners.
+    #[error("pentahedron {0} has been removed, but still holds its volume")]
+    Presses(u32),
     /// A count of living elements is wrong.
     #[error("{counted} {what} are said to live, but {found} do")]
     Living {
@@ -210,6 +213,10 @@ impl Tissue {
     }
 
     fn validate_volume(&self) -> Result<(), Inconsistency> {
+        let mut removed = (0..self.pentahedron_count() as u32).filter(|&index| !self.is_pentahedron_alive(index));
+        if let Some(pentahedron) = removed.find(|&index| self.volume_stiffness_pa(index) != 0.0) {
+            return Err(Inconsistency::Presses(pentahedron));
+        }
         // Taken from a corner of the tissue, not the origin: a far origin would cost digits.
         let origin = self.position64(0);
         let enclosed_mm3: f64 = self

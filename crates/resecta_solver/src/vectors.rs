@@ -104,6 +104,12 @@ impl Vectors {
         all
     }
 
+    /// Where the nodes are.
+    #[cfg(test)]
+    pub fn sites(&self) -> Sites {
+        self.sites
+    }
+
     #[inline(always)]
     pub fn copy_from(&mut self, other: &Vectors) {
         self.values.copy_from_slice(&other.values);
@@ -250,6 +256,26 @@ impl<S: Simd> Registers<S> {
     #[inline(always)]
     pub fn length_squared(self) -> f32x8<S> {
         fused(self.x, self.x, fused(self.y, self.y, self.z * self.z))
+    }
+
+    /// The product of each vector with another.
+    #[inline(always)]
+    pub fn cross(self, other: Registers<S>) -> Registers<S> {
+        Registers {
+            x: fused(self.y, other.z, -(self.z * other.y)),
+            y: fused(self.z, other.x, -(self.x * other.z)),
+            z: fused(self.x, other.y, -(self.y * other.x)),
+        }
+    }
+
+    /// The product of each vector with another, plus a third.
+    #[inline(always)]
+    pub fn cross_plus(self, other: Registers<S>, third: Registers<S>) -> Registers<S> {
+        Registers {
+            x: fused(self.y, other.z, fused(-self.z, other.y, third.x)),
+            y: fused(self.z, other.x, fused(-self.x, other.z, third.y)),
+            z: fused(self.x, other.y, fused(-self.y, other.x, third.z)),
+        }
     }
 
     /// Turned on: lane `n` gets what lane `(n + TURN) % 8` held.
