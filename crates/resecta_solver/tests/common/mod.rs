@@ -1,6 +1,7 @@
 //! Tissues that the tests share.
 #![allow(dead_code)] // Each test file uses some of them.
 
+pub mod blocks;
 pub mod networks;
 
 use glam::{DVec2, DVec3};
