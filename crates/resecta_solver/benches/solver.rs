@@ -9,10 +9,10 @@ mod common;
 
 use std::hint::black_box;
 
-use common::block_mesh;
+use common::{block_mesh, tube_lattice};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3;
-use resecta_solver::{CollapseLaw, Material, ShearResistance, Tissue};
+use resecta_solver::{CollapseLaw, Material, ShearResistance, Tissue, TissueMesh};
 
 /// Nodes along each edge of a block: 1,000, 10,648, 103,823 and 1,000,000 nodes.
 const EDGES: [u32; 4] = [10, 22, 47, 100];
@@ -45,6 +45,34 @@ fn substep(criterion: &mut Criterion) {
         group.bench_function(BenchmarkId::from_parameter(tissue.node_count()), |bencher| {
             bencher.iter(|| black_box(tissue.advance_steps(step_s, STEPS)));
         });
+    }
+}
+
+/// The tube of the tests with about the papers' 10,800 nodes, each lattice with and without volume terms.
+fn materials(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("material");
+    let lattice = tube_lattice(7.5);
+    for shear in [ShearResistance::None, ShearResistance::Diagonals] {
+        for poisson_ratio in [None, Some(0.45)] {
+            let material = Material {
+                poisson_ratio,
+                shear,
+                ..Material::default()
+            };
+            let mesh = TissueMesh::from_lattice(&lattice, shear);
+            let mut tissue = Tissue::new(&mesh, &material).expect("a tube is a tissue");
+            let bound_s = tissue.bound_s();
+            let name = format!(
+                "{shear:?}, {poisson_ratio:?}, {} nodes, bound {:.0} µs",
+                tissue.node_count(),
+                1e6 * bound_s
+            );
+            group.throughput(Throughput::Elements(STEPS * tissue.node_count() as u64));
+            group.sample_size(20);
+            group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
+                bencher.iter(|| black_box(tissue.advance_steps(0.5 * bound_s, STEPS)));
+            });
+        }
     }
 }
 
@@ -82,5 +110,5 @@ fn cut(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, substep, bound, cut);
+criterion_group!(benches, substep, materials, bound, cut);
 criterion_main!(benches);

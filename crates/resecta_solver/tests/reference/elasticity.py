@@ -29,7 +29,7 @@ from skfem.helpers import grad
 
 HEX1, HEX2 = ElementHex1(), ElementHex2()
 
-RATIOS = [0.0, 0.25, 0.4, 0.45]
+RATIOS = [0.0, 0.25, 0.3, 0.4, 0.45, 0.49]
 CUBE, SLENDER = (24.0, 24.0), (12.0, 48.0)  # width, height in mm
 PUNCH = 6.0  # half the punch's width in mm
 MESHES = [3, 5, 8]  # elements along half an edge
