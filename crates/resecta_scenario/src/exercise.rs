@@ -57,6 +57,9 @@ pub struct Models {
     pub collapse: Option<CollapseLaw>,
     /// How the lattice resists shear, in place of the material's own way.
     pub shear: Option<ShearResistance>,
+    /// Poisson's ratio: pentahedra hold their volume besides, 0.25 to 0.49 with diagonals, 0 to 0.49 without. Absent, the springs
+    /// make it, which is many times faster: see `docs/materials.md`.
+    pub poisson_ratio: Option<f64>,
     /// Whether the sheath and the loop meet tissue. Default on; off, nothing can be cut by hand.
     pub collision: bool,
     /// What a cut takes: `Sweep`, the volume swept by the loop (default), or `Sphere(radius_mm: 5.0)`, the papers' rule.
@@ -69,6 +72,7 @@ impl Default for Models {
         Self {
             collapse: Some(CollapseLaw::default()),
             shear: None,
+            poisson_ratio: None,
             collision: true,
             cutting: CuttingRule::Sweep,
         }

@@ -11,6 +11,7 @@ use crate::{
     exercise::InstrumentSetup,
     library::LoadedExercise,
     region::MarkedRegion,
+    rules,
 };
 
 /// An exercise ready to be spawned: the gland built, the region marked, the instrument placed.
@@ -92,7 +93,10 @@ impl LoadedExercise {
                 Material::preset_names(),
             ))
         })?;
-        material.shear = self.exercise.models.shear.unwrap_or(material.shear);
+        let models = &self.exercise.models;
+        material.shear = models.shear.unwrap_or(material.shear);
+        material.poisson_ratio = models.poisson_ratio.or(material.poisson_ratio);
+        rules::of_material(&material).map_err(broken)?;
         let mesh = TissueMesh::from_lattice(&lattice, material.shear);
         let tissue = resecta_solver::Tissue::new(&mesh, &material).map_err(|source| ExerciseError::Tissue {
             file: self.file.clone(),

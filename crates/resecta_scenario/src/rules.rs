@@ -2,7 +2,7 @@
 
 use resecta_anatomy::Zone;
 use resecta_instrument::{FieldLimit, InstrumentField, InstrumentLimits};
-use resecta_solver::{CollapseLaw, Material};
+use resecta_solver::{CollapseLaw, Material, ShearResistance};
 use resecta_tissue::CuttingRule;
 
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
     metrics::Better,
 };
 
-type Checked = Result<(), RuleError>;
+pub(crate) type Checked = Result<(), RuleError>;
 
 impl Exercise {
     /// Checks every rule that needs nothing but the exercise itself; the first that is broken is returned.
@@ -81,13 +81,19 @@ fn models(models: &Models) -> Checked {
     if let CuttingRule::Sphere { radius_mm } = models.cutting {
         positive("models.cutting.Sphere.radius_mm", radius_mm.into(), "mm")?;
     }
-    let Some(shear) = models.shear else { return Ok(()) };
-    match (Material {
-        shear,
+    // The material's own way to resist shear is known with the case; none at all allows the most.
+    let material = Material {
+        shear: models.shear.unwrap_or(ShearResistance::None),
+        poisson_ratio: models.poisson_ratio,
         ..Material::default()
-    })
-    .out_of_range()
-    {
+    };
+    of_material(&material)
+}
+
+/// Names what an exercise has asked of a material that cannot be.
+pub(crate) fn of_material(material: &Material) -> Checked {
+    match material.out_of_range() {
+        Some(("poisson_ratio", value, expected)) => Err(RuleError::new("models.poisson_ratio", value, expected)),
         Some((_, value, expected)) => Err(RuleError::new("models.shear", value, expected)),
         None => Ok(()),
     }

@@ -196,6 +196,17 @@ fn broken_rules_name_field_value_and_what_was_expected() {
             "models.cutting.Sphere.radius_mm is 0; expected a finite number of mm above 0",
         ),
         (
+            ("marked: (", "models: (poisson_ratio: Some(0.5)), marked: ("),
+            "models.poisson_ratio is 0.5; expected 0 to 0.49",
+        ),
+        (
+            (
+                "marked: (",
+                "models: (shear: Some(Diagonals), poisson_ratio: Some(0.2)), marked: (",
+            ),
+            "models.poisson_ratio is 0.2; expected 0.25 to 0.49 with diagonals",
+        ),
+        (
             ("marked: (", "models: (collapse: CompressionForce(share: 5)), marked: ("),
             "models.collapse.CompressionForce.share is 5; expected a share from 0 to 1",
         ),
