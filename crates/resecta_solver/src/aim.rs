@@ -2,15 +2,16 @@
 //!
 //! Time is divided into spans. In the first the tissue makes the full effort, or what frequencies [`AT_FIRST`] ask for where a
 //! few springs are far stiffer than the rest, and a watch looks at its error: most errors come from what is fast, and that is
-//! gone first. Later, at ever longer intervals, a solution with the least effort is carried beside for a span. What error that
-//! one makes says how little effort is enough from there on. As long as less is made, a watch looks again now and then.
+//! gone first. An aim that this does not meet is not met with softened springs: the span is made again with the full effort.
+//! Later, at ever longer intervals, a solution with the least effort is carried beside for a span. What error that one makes
+//! says how little effort is enough from there on. As long as less is made, a watch looks again now and then.
 
 use crate::motion::{StepError, StepReport};
 use crate::tissue::Tissue;
 use crate::watch::Effort;
 
-/// Length of a span, s: a tenth of a second, in which soft tissue swings once or twice, has two.
-const SPAN_S: f64 = 0.05;
+/// Length of a span, s: a few hundred substeps of soft tissue, and a part of its slowest swing.
+const SPAN_S: f64 = 0.025;
 
 /// Squares of frequencies stepped in the first span, over the usual one. In the lattices of glands hardly any is as high.
 const AT_FIRST: f64 = 16.0;
@@ -37,7 +38,7 @@ enum Beside {
 
 impl Tissue {
     /// Moves the tissue on by `duration_s` with as little effort as its aim allows (see [`Tissue::set_error_aim_mm`]): chooses
-    /// substeps, inertias and softening itself. Nothing sleeps meanwhile.
+    /// substeps, inertias and softening itself. Nothing sleeps meanwhile; a watch under way is forgotten.
     ///
     /// # Errors
     ///
@@ -56,10 +57,11 @@ impl Tissue {
             ..Effort::FULL
         });
         let mut report = AimReport::default();
-        let mut next_try = 1;
-        for span in 0..spans as u64 {
+        let mut start = first.is_finite().then(|| self.clone());
+        let (mut span, mut next_try, mut missed) = (0, 1, false);
+        while span < spans as u64 {
             let slowed = self.effort().fastest < fastest_of_all;
-            let beside = if span == 0 || slowed && span.is_multiple_of(SPANS_TO_WATCH) {
+            let beside = if span == 0 || missed || slowed && span.is_multiple_of(SPANS_TO_WATCH) {
                 Beside::Finer
             } else if span == next_try && self.effort() != Effort::LEAST {
                 Beside::Coarser
@@ -73,31 +75,45 @@ impl Tissue {
             }
             let steps = self.advance_steps(span_s, 1)?;
             if beside == Beside::Finer {
-                report.error_mm = report.error_mm.max(self.end_watch().unwrap_or(f64::NAN));
+                let error = self.end_watch().unwrap_or(f64::NAN);
+                // Where the aim was missed, the tissue has gone on from the finer solution: watched again till it is met.
+                missed = error.is_nan() || error > f64::from(self.error_aim_mm());
+                if let Some(start) = start.take().filter(|_| missed) {
+                    // Softening is wrong for good: where the aim does not allow it, it is as if it had not been.
+                    *self = start;
+                    self.set_effort(Effort::FULL);
+                    report.steps.substeps_repeated += steps.substeps + steps.substeps_beside;
+                    continue;
+                }
+                report.error_mm = report.error_mm.max(error);
             } else if beside == Beside::Coarser {
                 next_try = 2 * span + 1;
-                let error = self.watched_error_mm();
-                self.watch = None;
-                if let Some(error) = error {
-                    report.error_mm = report.error_mm.max(self.settle_for(error));
-                }
+                report.error_mm = report.error_mm.max(self.lessen_effort());
             }
             report.steps.join(steps);
+            span += 1;
         }
         Ok(report)
     }
 
-    /// Makes as little effort as is enough when the least one has that error, mm. Gives the error that this means.
-    fn settle_for(&mut self, error_of_least: f64) -> f64 {
-        let (enough, before) = (0.5 * f64::from(self.error_aim_mm()), self.effort());
-        // As in `watch.rs`: the error falls a little faster than with the first power of the square.
-        let fastest = Effort::LEAST.fastest * (error_of_least / enough).max(1.0);
-        if fastest < before.fastest.min(self.fastest_of_all()) {
+    /// Looks at the solution with the least effort that was carried beside, and makes as little effort as is enough from here
+    /// on. Gives the error that this means, mm.
+    fn lessen_effort(&mut self) -> f64 {
+        let error = self.watched_error_mm();
+        let Some((error, watch)) = error.zip(self.watch.take()) else {
+            return 0.0;
+        };
+        let enough = 0.5 * f64::from(self.error_aim_mm());
+        // As in `watch.rs`: the error of raised inertias falls a little faster than with the first power of the square. That of
+        // softened springs follows no such law: it is small enough as it is, or it is not.
+        let fastest = Effort::LEAST.fastest * (error / enough).max(1.0);
+        let is_known = error <= enough || watch.other.softened_springs() == 0;
+        if is_known && fastest < self.effort().fastest.min(self.fastest_of_all()) {
             self.set_effort(Effort {
                 fastest,
                 ..Effort::LEAST
             });
-            return error_of_least.min(enough);
+            return error.min(enough);
         }
         0.0
     }

@@ -35,7 +35,7 @@ const LEAST_FASTEST: f64 = 1.25;
 /// A second solution beside that of a tissue.
 #[derive(Debug, Clone)]
 pub(crate) struct Watch {
-    other: Box<Tissue>,
+    pub other: Box<Tissue>,
 }
 
 /// What a tissue does for its accuracy.

@@ -102,6 +102,20 @@ fn a_shell_far_stiffer_costs_what_the_aim_asks_for() {
 }
 
 #[test]
+fn a_fine_aim_leaves_no_shell_soft() {
+    const TIME_S: f64 = 0.4;
+    let network = pulled(1e2);
+    let mut full = tissue(&network);
+    let aim_mm = 0.01 * moved_in(&mut full, TIME_S);
+    let mut tissue = tissue(&network);
+    tissue.set_error_aim_mm(aim_mm as f32).expect("a plain aim");
+    tissue.advance_to_aim(TIME_S).expect("a plain advance");
+    let error = rms(&places(&tissue), &places(&full));
+    assert!(error < aim_mm, "{error} for an aim of {aim_mm}");
+    assert_eq!(tissue.softened_springs(), 0);
+}
+
+#[test]
 fn full_effort_gives_springs_back_their_stiffness_to_the_bit() {
     let network = pulled(1e4);
     let (mut changed, mut fresh) = (tissue(&network), tissue(&network));
