@@ -54,7 +54,7 @@ impl Tissue {
         };
         self.set_effort(Effort {
             fastest: first,
-            ..Effort::FULL
+            ..Effort::LEAST
         });
         let mut report = AimReport::default();
         let mut start = first.is_finite().then(|| self.clone());

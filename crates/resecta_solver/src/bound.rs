@@ -44,6 +44,8 @@ pub(crate) struct Usual {
     pub square: f32,
     /// The largest such square over the usual one. At most an effort below this changes anything.
     pub fastest: f32,
+    /// The largest stiffness over the usual one.
+    pub stiffest: f32,
 }
 
 /// More substeps than this in one advance are refused: at 0.1 ms a substep that is 100 s.
@@ -297,6 +299,7 @@ impl Tissue {
                 stiffness,
                 square,
                 fastest: squares.last().map_or(1.0, |largest| largest / square),
+                stiffest: held.stiffness.iter().fold(stiffness, f32::max) / stiffness,
             });
         self.weighing.held = Known::No;
     }

@@ -3,8 +3,8 @@
 //! A shell 10,000 times as stiff as the tissue it lies in asks for a hundred times the substeps, and hardly moves. Ten or a
 //! hundred times as stiff it hardly moves either. So where the effort of a tissue (`watch.rs`) allows no node a frequency as
 //! high as its springs give it, those springs are stepped with less: the stiffest around the node are cut down to a common
-//! height, till the node is held as stiffly as its frequency may be, but no less than [`SOFTENED_FROM`] times as stiffly as
-//! is usual in the tissue. What is then still missing to the frequency its inertia makes up for (`bound.rs`): raised inertia
+//! height, till the node is held as stiffly as its frequency may be, but no less stiffly than the effort says, ten times what is
+//! usual in the tissue or more. What is then still missing to the frequency its inertia makes up for (`bound.rs`): raised inertia
 //! is wrong only while things move, softened springs are wrong for good, but masses that make up for a ratio of 10,000 would
 //! hardly ever get there.
 //!
@@ -15,11 +15,6 @@
 use crate::held::Held;
 use crate::tissue::Tissue;
 
-/// Nodes are softened down to this many times the usual stiffness. Measured on a shell 10,000 times stiffer inside the common
-/// scene of 10,800 nodes (moved 0.52 mm RMS after 0.1 s): 5, 10, 20 and 100 times all miss the true motion by 0.065 to 0.067
-/// mm, 2 times by 0.078 mm, not at all stiffer by 0.088 mm; each step up costs 1.4 times the substeps.
-const SOFTENED_FROM: f32 = 10.0;
-
 impl Tissue {
     /// Softens the springs of nodes whose square of frequency would exceed `fastest`, 1/s². Says whether any was.
     ///
@@ -29,7 +24,8 @@ impl Tissue {
         let Some(usual) = self.usual.filter(|_| softens) else {
             return false;
         };
-        let (held, floor): (&Held, f32) = (&self.scratch.held, SOFTENED_FROM * usual.stiffness);
+        let stiffest = self.effort().stiffest as f32;
+        let (held, floor): (&Held, f32) = (&self.scratch.held, stiffest * usual.stiffness);
         let nodes = self.nodes.mass.iter().zip(self.nodes.inverse_inertia.iter());
         // Of what its springs give a node, the share that stays; 1 for what does not move.
         let shares: Vec<f32> = nodes
