@@ -1,0 +1,227 @@
+//! Cutting: what a tool takes, what is too thin to be left, and what the surface makes of it.
+
+use glam::{DVec3, Vec3};
+
+use crate::field::{Edit, Field};
+use crate::points::place;
+use crate::tool::{Bounds, Prepared};
+use crate::{FieldError, Tool, volume};
+
+/// A pentahedron of which less than this share is kept is emptied: it would move, and cost, as if it were whole.
+pub const SLIVER_SHARE: f64 = 0.01;
+
+/// What one cut removed, in rest volume, so that squeezed tissue weighs no less.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Cut {
+    /// What every pentahedron lost, mm³; rising pentahedra, those that lost nothing left out.
+    pub removed: Vec<(u32, f64)>,
+    /// Their sum, mm³.
+    pub removed_mm3: f64,
+    /// The part of it that went because too little was left of a pentahedron, mm³.
+    pub slivers_mm3: f64,
+    /// Pentahedra of which nothing is left since this cut, rising.
+    pub emptied: Vec<u32>,
+}
+
+impl Field {
+    /// Takes away what is inside a tool, the nodes being at `positions`, mm.
+    ///
+    /// A tool that does not move (a loop at rest) takes nothing. Of pentahedra of which less than 1 % would be left
+    /// nothing is left.
+    ///
+    /// # Errors
+    ///
+    /// A tool with a number out of range, positions that are not one finite place a node; the field is then unchanged.
+    pub fn cut(&mut self, tool: &Tool, positions: &[Vec3]) -> Result<Cut, FieldError> {
+        let prepared = tool.prepare()?;
+        self.mesh.check(positions)?;
+        let Some(tool) = prepared else {
+            return Ok(Cut::default());
+        };
+        let near = self.near(&tool.bounds(), positions);
+        let mut edit = self.begin_edit();
+        for &pentahedron in &near {
+            if !self.is_touched(pentahedron) && self.reaches(&tool, pentahedron, positions) {
+                self.touch(&mut edit, pentahedron);
+            }
+        }
+        for &pentahedron in &near {
+            self.evaluate(&edit, &tool, pentahedron, positions);
+        }
+        let changed = self.changed(&edit, &near);
+        Ok(self.finish(edit, changed))
+    }
+
+    /// Takes all that is left of some pentahedra: a piece that hangs by nothing, or what the caller removes whole. Points
+    /// that they share with others go too, so that the others lose a little where they touch.
+    ///
+    /// # Errors
+    ///
+    /// An index that names no pentahedron; the field is then unchanged.
+    pub fn empty(&mut self, pentahedra: &[u32]) -> Result<Cut, FieldError> {
+        pentahedra
+            .iter()
+            .try_for_each(|&index| self.mesh.check_pentahedron(index))?;
+        let mut pentahedra = pentahedra.to_vec();
+        pentahedra.sort_unstable();
+        pentahedra.dedup();
+        let mut edit = self.begin_edit();
+        let changed = self.take(&mut edit, &pentahedra);
+        Ok(self.finish(edit, changed))
+    }
+
+    /// Pentahedra that may reach into the box widened by the band, rising.
+    ///
+    /// A pentahedron lies inside the hull of its corners. It is left out when all six are beyond the same side of the
+    /// box: a byte a node says beyond which.
+    pub(crate) fn near(&self, bounds: &Bounds, positions: &[Vec3]) -> Vec<u32> {
+        let half = bounds.half + DVec3::splat(f64::from(self.band));
+        let [x, y, z] = bounds.axes.map(DVec3::as_vec3);
+        // Rounded outwards: a micrometre beside a band of a millimetre.
+        let half = half.as_vec3() + Vec3::splat(1e-3);
+        let middle = bounds.middle.as_vec3();
+        let beyond: Vec<u8> = (positions.iter())
+            .map(|&position| {
+                let offset = position - middle;
+                let local = Vec3::new(offset.dot(x), offset.dot(y), offset.dot(z));
+                (local.cmplt(-half).bitmask() | local.cmpgt(half).bitmask() << 3) as u8
+            })
+            .collect();
+        (0u32..)
+            .zip(&self.mesh.pentahedra)
+            .filter(|(_, nodes)| nodes.iter().fold(u8::MAX, |all, &node| all & beyond[node as usize]) == 0)
+            .map(|(pentahedron, _)| pentahedron)
+            .collect()
+    }
+
+    /// Whether a point of an untouched pentahedron is nearer to the tool than the band.
+    fn reaches(&self, tool: &Prepared, pentahedron: u32, positions: &[Vec3]) -> bool {
+        let shape = self.mesh.shape(pentahedron, positions);
+        (self.sub.places.iter()).any(|&place| tool.distances(shape.at(place))[0] < f64::from(self.band))
+    }
+
+    fn evaluate(&mut self, edit: &Edit, tool: &Prepared, pentahedron: u32, positions: &[Vec3]) {
+        let shape = self.mesh.shape(pentahedron, positions);
+        for local in 0..self.points.of(pentahedron).len() {
+            let point = self.points.of(pentahedron)[local];
+            if self.points.marks[point as usize] >= edit.seen {
+                continue;
+            }
+            self.points.marks[point as usize] = edit.seen;
+            let [distance, gone] = tool.distances(shape.at(self.sub.places[local]));
+            let value = if self.points.values[point as usize] > 0.0 {
+                distance
+            } else {
+                gone
+            };
+            self.lower(edit, point, (value as f32).max(-self.band));
+        }
+    }
+
+    /// Takes the points of pentahedra (rising); returns the pentahedra that changed, rising.
+    fn take(&mut self, edit: &mut Edit, pentahedra: &[u32]) -> Vec<u32> {
+        let mut around: Vec<u32> = pentahedra.to_vec();
+        for &pentahedron in pentahedra {
+            self.touch(edit, pentahedron);
+            let nodes = self.mesh.pentahedra[pentahedron as usize];
+            for local in 0..self.sub.places.len() {
+                let point = self.points.of(pentahedron)[local];
+                if self.points.values[point as usize] <= 0.0 {
+                    continue;
+                }
+                let corners: Vec<u32> = place(&self.sub, local)
+                    .corners()
+                    .iter()
+                    .map(|&corner| nodes[corner])
+                    .collect();
+                let holds = |other: &&u32| {
+                    corners
+                        .iter()
+                        .all(|node| self.mesh.pentahedra[**other as usize].contains(node))
+                };
+                let sharing: Vec<u32> = self.mesh.around(corners[0]).iter().filter(holds).copied().collect();
+                // 0 is removed too, and moves the wall of a neighbour that stays no further than to the point.
+                let is_shared = sharing.iter().any(|other| pentahedra.binary_search(other).is_err());
+                let value = if is_shared {
+                    0.0
+                } else {
+                    -self.points.values[point as usize]
+                };
+                self.lower(edit, point, value);
+                around.extend(sharing);
+            }
+        }
+        around.sort_unstable();
+        around.dedup();
+        for &pentahedron in &around {
+            self.touch(edit, pentahedron);
+        }
+        self.changed(edit, &around)
+    }
+
+    /// Measures what changed, empties slivers and renews the surface.
+    fn finish(&mut self, mut edit: Edit, changed: Vec<u32>) -> Cut {
+        let mut cut = Cut::default();
+        // What was kept before, by pentahedron; of one that comes twice the first holds.
+        let mut kept: Vec<(u32, f64)> = Vec::new();
+        let mut open = changed;
+        let mut slivers = false;
+        while !open.is_empty() {
+            for &pentahedron in &open {
+                let before = self.kept_mm3(pentahedron);
+                kept.push((pentahedron, before));
+                self.measure(pentahedron);
+                if slivers {
+                    cut.slivers_mm3 += before - self.kept_mm3(pentahedron);
+                }
+            }
+            open.retain(|&pentahedron| (f64::MIN_POSITIVE..SLIVER_SHARE).contains(&self.fill(pentahedron)));
+            open = self.take(&mut edit, &open);
+            slivers = true;
+        }
+        kept.sort_by_key(|&(pentahedron, _)| pentahedron);
+        kept.dedup_by_key(|&mut (pentahedron, _)| pentahedron);
+        for &(pentahedron, before) in &kept {
+            let after = self.kept_mm3(pentahedron);
+            if after < before {
+                cut.removed.push((pentahedron, before - after));
+                cut.removed_mm3 += before - after;
+                if after == 0.0 {
+                    cut.emptied.push(pentahedron);
+                }
+            }
+            if let Some(chip) = &mut self.before {
+                chip.remember_kept(pentahedron, before);
+            }
+        }
+        self.removed_mm3 += cut.removed_mm3;
+        let dirty = kept.into_iter().map(|(pentahedron, _)| pentahedron).collect();
+        self.renew(edit, dirty);
+        cut
+    }
+
+    fn measure(&mut self, pentahedron: u32) {
+        let Self { mesh, sub, points, .. } = self;
+        if let Some((cell, values)) = points.cell_and_values(pentahedron) {
+            volume::measure(mesh, sub, pentahedron, cell, values);
+        }
+    }
+
+    /// Makes the surface anew where the edit reached.
+    pub(crate) fn renew(&mut self, edit: Edit, mut dirty: Vec<u32>) {
+        dirty.extend(&edit.fresh);
+        dirty.sort_unstable();
+        dirty.dedup();
+        if dirty.is_empty() {
+            return;
+        }
+        let values = |point: u32| self.points.values[point as usize];
+        self.surface.update(&self.mesh, &self.sub, &self.points, values, &dirty);
+        let coarse = self
+            .surface
+            .join_coarse(&self.mesh, &self.sub, &self.points, &edit.fresh);
+        dirty.extend(coarse);
+        dirty.sort_unstable();
+        self.surface.rebuild_normals(&self.mesh, &dirty);
+    }
+}

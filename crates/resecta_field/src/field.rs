@@ -1,0 +1,214 @@
+//! The field: what is kept of every pentahedron, and the surface between kept and removed.
+
+use glam::{DVec3, Vec3};
+
+use crate::FieldError;
+use crate::chips::Before;
+use crate::mesh::Mesh;
+use crate::points::Points;
+use crate::sublattice::Sublattice;
+use crate::surface::{Surface, SurfaceKind};
+
+/// Values are kept within this many times the longest sub-lattice edge at rest. Beyond the two ends of an edge that the
+/// boundary crosses nothing reads them; the rest is for tissue that is stretched to twice its length.
+const BAND: f64 = 2.0;
+
+/// A signed distance inside the pentahedra of a tissue.
+///
+/// Values are of the tissue, not of space: a cut is made where the tissue is at that instant, and moves with it after.
+#[derive(Debug, Clone)]
+pub struct Field {
+    pub(crate) mesh: Mesh,
+    pub(crate) sub: Sublattice,
+    pub(crate) points: Points,
+    pub(crate) surface: Surface,
+    /// What was there when the chip now being cut was begun.
+    pub(crate) before: Option<Before>,
+    pub(crate) band: f32,
+    pub(crate) edits: u32,
+    pub(crate) initial_mm3: f64,
+    pub(crate) removed_mm3: f64,
+}
+
+impl Field {
+    /// An uncut tissue.
+    ///
+    /// `rest` are the nodes' places at rest, mm; pentahedra are in the order of [`resecta_anatomy::wedge`]. Every
+    /// pentahedron's triangle is cut into `r²` parts and its axis into `s`, the same numbers for the whole mesh, so that no
+    /// part of the longest triangle edge and of the longest axial edge is longer than `spacing_mm` at rest; shorter edges
+    /// have shorter parts. `kind` tells what an exposed face is, by pentahedron and face: 0 and 1 are the triangles of
+    /// [`resecta_anatomy::wedge::TRIANGLES`], 2, 3 and 4 the quadrilaterals of [`resecta_anatomy::wedge::QUADS`].
+    ///
+    /// # Errors
+    ///
+    /// A mesh without pentahedra, with indices that name nothing, places that are not finite, pentahedra that are
+    /// inverted or overlap; a spacing that is no length or asks for more than 32 parts of an edge.
+    pub fn new(
+        rest: &[DVec3],
+        pentahedra: &[[u32; 6]],
+        spacing_mm: f64,
+        kind: impl Fn(u32, usize) -> SurfaceKind,
+    ) -> Result<Self, FieldError> {
+        let mesh = Mesh::new(rest, pentahedra, kind)?;
+        let (r, s) = mesh.divisions(spacing_mm)?;
+        let sub = Sublattice::new(r, s);
+        let surface = Surface::of_mesh(&mesh);
+        Ok(Self {
+            band: (BAND * spacing_mm) as f32,
+            initial_mm3: mesh.rest_volumes.iter().sum(),
+            mesh,
+            sub,
+            points: Points::default(),
+            surface,
+            before: None,
+            edits: 0,
+            removed_mm3: 0.0,
+        })
+    }
+
+    /// Parts of the triangles' edges and of the axial edges.
+    pub fn divisions(&self) -> [usize; 2] {
+        [self.sub.r, self.sub.s]
+    }
+
+    /// The surface between what is kept and what is not.
+    pub fn surface(&self) -> &Surface {
+        &self.surface
+    }
+
+    /// Number of pentahedra.
+    pub fn pentahedron_count(&self) -> usize {
+        self.mesh.pentahedra.len()
+    }
+
+    /// Whether a cut or coagulation has reached a pentahedron; no for one that does not exist.
+    pub fn is_touched(&self, pentahedron: u32) -> bool {
+        self.points.cell(pentahedron).is_some()
+    }
+
+    /// Share of a pentahedron's rest volume that is kept, 0 to 1; 0 for one that does not exist.
+    pub fn fill(&self, pentahedron: u32) -> f64 {
+        let rest = self.mesh.rest_volumes.get(pentahedron as usize).copied();
+        rest.map_or(0.0, |rest| self.kept_mm3(pentahedron) / rest)
+    }
+
+    /// Rest volume that is kept of a pentahedron, mm³; 0 for one that does not exist.
+    pub fn kept_mm3(&self, pentahedron: u32) -> f64 {
+        let rest = self.mesh.rest_volumes.get(pentahedron as usize).copied();
+        let cell = self.points.cell(pentahedron).map(|cell| cell.kept_mm3);
+        cell.or(rest).unwrap_or(0.0)
+    }
+
+    /// Rest volume that is kept, mm³.
+    pub fn volume_mm3(&self) -> f64 {
+        (0..self.mesh.pentahedra.len() as u32)
+            .map(|pentahedron| self.kept_mm3(pentahedron))
+            .sum()
+    }
+
+    /// Rest volume of the uncut tissue, mm³.
+    pub fn initial_volume_mm3(&self) -> f64 {
+        self.initial_mm3
+    }
+
+    /// Sum of all that was ever reported as removed, mm³ at rest.
+    pub fn removed_mm3(&self) -> f64 {
+        self.removed_mm3
+    }
+
+    /// Bytes that cuts and coagulation have made the field hold: values, numbers of points, finer pieces of the surface.
+    /// 0 until the first.
+    pub fn bytes(&self) -> usize {
+        self.points.bytes() + self.surface.bytes() + self.before.as_ref().map_or(0, Before::bytes)
+    }
+
+    /// Moves the surface's vertices to where the nodes are: one place a vertex slot, mm.
+    ///
+    /// # Errors
+    ///
+    /// Positions that are not one a node. They are not asked to be finite: a vertex is where its pentahedron is.
+    pub fn move_vertices(&self, positions: &[Vec3], out: &mut Vec<Vec3>) -> Result<(), FieldError> {
+        self.check_count(positions)?;
+        self.surface.vertices.places(&self.mesh, positions, out);
+        Ok(())
+    }
+
+    /// The vertices' normals for these positions of the nodes: unit vectors, one a vertex slot, zero for a free slot.
+    ///
+    /// # Errors
+    ///
+    /// Positions that are not one a node.
+    pub fn move_normals(&self, positions: &[Vec3], out: &mut Vec<Vec3>) -> Result<(), FieldError> {
+        self.check_count(positions)?;
+        self.surface.vertices.normals(&self.mesh, positions, out);
+        Ok(())
+    }
+
+    fn check_count(&self, positions: &[Vec3]) -> Result<(), FieldError> {
+        if positions.len() == self.mesh.rest.len() {
+            return Ok(());
+        }
+        Err(FieldError::PositionCount {
+            given: positions.len(),
+            expected: self.mesh.rest.len(),
+        })
+    }
+
+    /// Begins an edit: points that it looks at are marked with its number.
+    pub(crate) fn begin_edit(&mut self) -> Edit {
+        // Marks hold twice the number.
+        if self.edits >= u32::MAX / 2 - 1 {
+            self.points.marks.fill(0);
+            self.edits = 0;
+        }
+        self.edits += 1;
+        Edit {
+            seen: 2 * self.edits,
+            fresh: Vec::new(),
+        }
+    }
+
+    pub(crate) fn touch(&mut self, edit: &mut Edit, pentahedron: u32) {
+        if self.points.cell(pentahedron).is_some() {
+            return;
+        }
+        self.points.touch(&self.mesh, &self.sub, pentahedron, self.band);
+        edit.fresh.push(pentahedron);
+    }
+
+    /// Lowers the value of a point, if it is lower.
+    pub(crate) fn lower(&mut self, edit: &Edit, point: u32, value: f32) {
+        let old = &mut self.points.values[point as usize];
+        if value < *old {
+            if let Some(before) = &mut self.before {
+                before.remember_point(point, *old);
+            }
+            *old = value;
+            self.points.marks[point as usize] = edit.changed();
+        }
+    }
+
+    /// Those of the pentahedra that have a point that the edit changed.
+    pub(crate) fn changed(&self, edit: &Edit, pentahedra: &[u32]) -> Vec<u32> {
+        let marks = &self.points.marks;
+        let is_changed = |point: &u32| marks[*point as usize] == edit.changed();
+        (pentahedra.iter().copied())
+            .filter(|&pentahedron| self.points.of(pentahedron).iter().any(is_changed))
+            .collect()
+    }
+}
+
+/// An edit under way.
+pub(crate) struct Edit {
+    /// The mark of points looked at.
+    pub seen: u32,
+    /// Pentahedra that it touched first.
+    pub fresh: Vec<u32>,
+}
+
+impl Edit {
+    /// The mark of points changed.
+    pub fn changed(&self) -> u32 {
+        self.seen + 1
+    }
+}

@@ -1,0 +1,51 @@
+//! Cuts finer than the elements: a signed distance inside the pentahedra, and the surface that it bounds.
+//!
+//! The lattice of 2 to 3 mm elements stays the mechanics. A [`Field`] holds, on a sub-lattice inside those pentahedra that
+//! a cut has touched, how far each point lies from what was cut; it moves with the tissue. From it follow what every
+//! pentahedron still holds ([`Field::fill`]), a closed surface at the spacing of the sub-lattice ([`Surface`]), the chips
+//! that come off ([`Field::take_chip`]) and the pieces that then hang by nothing ([`Field::loose_pieces`]). Nothing here
+//! knows of Bevy, and what nothing cut costs nothing.
+//!
+//! | to find | look in |
+//! |---|---|
+//! | how a pentahedron is divided | `sublattice.rs` |
+//! | which points neighbours share, and the values on them | `points.rs` |
+//! | what cuts, and steps of a stroke that join without ridges | `tool.rs`, `stroke.rs` |
+//! | how a cut lowers the values | `cut.rs` |
+//! | how volume is counted | `volume.rs` |
+//! | where the surface's vertices lie, and how they are carried | `crossings.rs`, `vertices.rs` |
+//! | how they are joined, also on the rim of a cut | `extract.rs` |
+//! | faces that nothing touched, beside finer ones | `coarse.rs` |
+//! | chips | `chips.rs` |
+//! | pieces that came loose | `pieces.rs` |
+//! | coagulation | `coagulation.rs` |
+//!
+//! Lengths are mm. The same input gives the same bytes: indices alone decide every order.
+
+mod chips;
+mod coagulation;
+mod coarse;
+mod crossings;
+mod cut;
+mod error;
+mod extract;
+mod field;
+mod mesh;
+mod pieces;
+mod points;
+mod shape;
+mod stroke;
+mod sublattice;
+mod surface;
+mod tool;
+mod vertices;
+mod volume;
+
+pub use chips::Chip;
+pub use cut::{Cut, SLIVER_SHARE};
+pub use error::FieldError;
+pub use field::Field;
+pub use pieces::Piece;
+pub use stroke::LoopStroke;
+pub use surface::{Surface, SurfaceKind};
+pub use tool::Tool;

@@ -1,0 +1,273 @@
+//! The signed distance to what a half ellipse sweeps over, and strokes of a loop divided into steps.
+//!
+//! A point is swept when the loop's plane passes it while it is inside the wire. With the pose between two others as in
+//! [`LoopSweep`], the plane's normal not normalised, the plane passes a point at the root of a quadratic: the instant is
+//! exact. In the plane of that instant the distance to the ellipse is taken to first order (`q (q - 1) / |∇q²/2|`, whose
+//! zero set is the ellipse); the distances to the planes at both ends bound it along the way. All is continuous, and the
+//! zero set is the boundary of the swept solid. Outside of an edge between two faces the larger of their distances is
+//! taken, not the distance to the edge: between points, values that are linear on either side keep the edge sharper.
+//!
+//! Where one step of a stroke ends and the next begins, the solid's end faces are no boundary of what the stroke sweeps.
+//! The values beside them would say so all the same, and move the wall next to them inwards by up to a spacing: a ridge a
+//! step. So a step under way also gives points behind its start that are gone already the distance that they have to
+//! the stroke as a whole, as if the step had begun where the stroke did.
+
+use glam::{DVec2, DVec3};
+use resecta_solver::{LoopPose, LoopSweep};
+
+use crate::tool::{Bounds, Tool};
+
+/// A half ellipse on its way.
+#[derive(Debug, Clone)]
+pub struct Swept {
+    from: LoopPose,
+    to: LoopPose,
+    /// Half the width, and the depth.
+    size: DVec2,
+    run: f64,
+}
+
+impl Swept {
+    pub fn new(sweep: &LoopSweep, run: f64) -> Self {
+        let unit = |pose: LoopPose| {
+            let travel = pose.travel.normalize();
+            LoopPose {
+                travel,
+                down: pose.down.reject_from_normalized(travel).normalize(),
+                ..pose
+            }
+        };
+        Self {
+            from: unit(sweep.from),
+            to: unit(sweep.to),
+            size: DVec2::new(0.5 * sweep.width_mm, sweep.depth_mm),
+            run,
+        }
+    }
+
+    pub fn straight(from: DVec3, to: DVec3, travel: DVec3, down: DVec3, radius: f64) -> Self {
+        let pose = |centre| LoopPose { centre, travel, down };
+        Self {
+            from: pose(from),
+            to: pose(to),
+            size: DVec2::splat(radius),
+            run: 0.0,
+        }
+    }
+
+    /// See `Prepared::distances`.
+    pub fn distances(&self, point: DVec3) -> [f64; 2] {
+        let before = (point - self.from.centre).dot(self.from.travel);
+        let after = (point - self.to.centre).dot(self.to.travel);
+        if before * after <= 0.0 {
+            let profile = self.profile(point, self.instant(point, before));
+            let inside = profile.max(-(before.abs() + self.run).min(after.abs()));
+            return [inside; 2];
+        }
+        // Beyond one of the ends.
+        let behind = before.abs() < after.abs();
+        let (height, instant) = if behind {
+            (before.abs(), 0.0)
+        } else {
+            (after.abs(), 1.0)
+        };
+        let profile = self.profile(point, instant);
+        let outside = profile.max(height);
+        let gone = if behind && self.run > height {
+            profile.max(height - self.run).max(-after.abs())
+        } else {
+            outside
+        };
+        [outside, gone.min(outside)]
+    }
+
+    /// When the plane passes the point, as a share of the step.
+    fn instant(&self, point: DVec3, before: f64) -> f64 {
+        let moved = self.to.centre - self.from.centre;
+        let turned = self.to.travel - self.from.travel;
+        let (c, b, a) = (
+            before,
+            (point - self.from.centre).dot(turned) - moved.dot(self.from.travel),
+            -moved.dot(turned),
+        );
+        // c + b x + a x² = 0; the plane is on different sides of the point at 0 and 1, so one root lies between.
+        let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
+        let q = -0.5 * (b + root.copysign(b));
+        let [first, second] = [c / q, q / a];
+        let off = |x: f64| {
+            if x.is_finite() {
+                (x - x.clamp(0.0, 1.0)).abs()
+            } else {
+                f64::INFINITY
+            }
+        };
+        let best = if off(first) <= off(second) { first } else { second };
+        if best.is_finite() { best.clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    /// Signed distance to the half ellipse in the plane at an instant.
+    fn profile(&self, point: DVec3, instant: f64) -> f64 {
+        let (centre, travel, down);
+        if self.from.travel == self.to.travel && self.from.down == self.to.down {
+            (travel, down) = (self.from.travel, self.from.down);
+        } else {
+            let between = |a: DVec3, b: DVec3| a + (b - a) * instant;
+            travel = between(self.from.travel, self.to.travel).normalize_or(self.from.travel);
+            let lowered = between(self.from.down, self.to.down).reject_from_normalized(travel);
+            down = lowered.normalize_or(self.from.down);
+        }
+        centre = self.from.centre + (self.to.centre - self.from.centre) * instant;
+        let offset = point - centre;
+        half_ellipse(DVec2::new(offset.dot(travel.cross(down)), offset.dot(down)), self.size)
+    }
+
+    pub fn bounds(&self) -> Bounds {
+        let axes = [self.from.travel, self.from.down, self.from.travel.cross(self.from.down)];
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for pose in [&self.from, &self.to] {
+            let side = pose.travel.cross(pose.down) * self.size.x;
+            for corner in [
+                side,
+                -side,
+                side + pose.down * self.size.y,
+                -side + pose.down * self.size.y,
+            ] {
+                let local = DVec3::from(axes.map(|axis| axis.dot(pose.centre + corner - self.from.centre)));
+                (low, high) = (low.min(local), high.max(local));
+            }
+        }
+        // Between the two poses a turning loop bulges out of the box by less than this.
+        let turn = self
+            .from
+            .travel
+            .distance(self.to.travel)
+            .max(self.from.down.distance(self.to.down));
+        let bulge = self.size.length() * turn * turn;
+        let middle = 0.5 * (low + high);
+        Bounds {
+            middle: self.from.centre + axes[0] * middle.x + axes[1] * middle.y + axes[2] * middle.z,
+            axes,
+            half: 0.5 * (high - low) + DVec3::splat(bulge),
+        }
+    }
+}
+
+/// Signed distance, to first order, to the half `y >= 0` of an ellipse with these half axes.
+fn half_ellipse(point: DVec2, size: DVec2) -> f64 {
+    let above = DVec2::new(point.x, point.y.max(0.0));
+    let scaled = above / size;
+    let q = scaled.length();
+    let slope = (scaled / size).length();
+    let ellipse = if slope > 0.0 {
+        q * (q - 1.0) / slope
+    } else {
+        -size.min_element()
+    };
+    ellipse.max(-point.y)
+}
+
+/// Turns the poses of a loop under current into tools that join without gaps or ridges.
+#[derive(Debug, Clone)]
+pub struct LoopStroke {
+    pose: LoopPose,
+    size_mm: [f64; 2],
+    /// Way since the loop last turned back, mm; negative against the normal of its plane.
+    way_mm: f64,
+}
+
+impl LoopStroke {
+    /// A stroke that begins at a pose. Width of the open side and depth in mm.
+    pub fn new(pose: LoopPose, width_mm: f64, depth_mm: f64) -> Self {
+        Self {
+            pose,
+            size_mm: [width_mm, depth_mm],
+            way_mm: 0.0,
+        }
+    }
+
+    /// What the loop sweeps over on its way to the next pose. A pose that is not finite is not gone to: cutting with what
+    /// comes back is refused, and the stroke goes on from where it was.
+    pub fn step_to(&mut self, pose: LoopPose) -> Tool {
+        let [width_mm, depth_mm] = self.size_mm;
+        let sweep = LoopSweep {
+            from: self.pose,
+            to: pose,
+            width_mm,
+            depth_mm,
+        };
+        let step = (pose.centre - self.pose.centre).dot(self.pose.travel);
+        // A loop that turns back begins a new stroke: where it turned is an end face.
+        let before = if step * self.way_mm >= 0.0 { self.way_mm } else { 0.0 };
+        if sweep.is_finite() && step.is_finite() {
+            self.pose = pose;
+            self.way_mm = before + step;
+        }
+        Tool::Loop {
+            sweep,
+            run_mm: before.abs(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pose(centre: DVec3, tilt: f64) -> LoopPose {
+        LoopPose {
+            centre,
+            travel: DVec3::new(tilt.sin(), 0.0, tilt.cos()),
+            down: DVec3::Y,
+        }
+    }
+
+    fn turning() -> LoopSweep {
+        LoopSweep {
+            from: pose(DVec3::ZERO, 0.0),
+            to: pose(DVec3::new(0.4, 0.3, 1.5), 0.15),
+            width_mm: 6.5,
+            depth_mm: 4.5,
+        }
+    }
+
+    /// Points of a grid around the sweep.
+    fn grid() -> impl Iterator<Item = DVec3> {
+        let side = |n: usize| (0..n).map(move |i| i as f64 / n as f64);
+        side(41).flat_map(move |x| {
+            side(37).flat_map(move |y| side(29).map(move |z| DVec3::new(9.0 * x - 4.4, 8.0 * y - 2.0, 5.0 * z - 1.7)))
+        })
+    }
+
+    #[test]
+    fn the_sign_is_that_of_the_swept_solid() {
+        let sweep = turning();
+        let swept = Swept::new(&sweep, 0.0);
+        for point in grid() {
+            let [distance, _] = swept.distances(point);
+            if distance.abs() > 2e-3 {
+                assert_eq!(distance < 0.0, sweep.contains(point), "{point}: {distance}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_distance_is_continuous() {
+        let swept = Swept::new(&turning(), 0.0);
+        for point in grid() {
+            for step in DVec3::AXES {
+                let change = swept.distances(point + 1e-5 * step)[0] - swept.distances(point)[0];
+                assert!(change.abs() < 2e-5, "{point}: {change}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_stroke_that_turns_back_begins_anew() {
+        let mut stroke = LoopStroke::new(pose(DVec3::ZERO, 0.0), 6.5, 4.5);
+        let runs = [1.0, 2.0, 3.0, 2.0].map(|z| match stroke.step_to(pose(DVec3::Z * z, 0.0)) {
+            Tool::Loop { run_mm, .. } => run_mm,
+            _ => f64::NAN,
+        });
+        assert_eq!(runs, [0.0, 1.0, 2.0, 0.0]);
+    }
+}

@@ -1,0 +1,156 @@
+//! What cuts: a volume given by its signed distance, negative inside.
+
+use glam::DVec3;
+use resecta_solver::LoopSweep;
+
+use crate::FieldError;
+use crate::stroke::Swept;
+
+/// A volume that is cut away, in the tissue's current coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Tool {
+    /// A ball.
+    Sphere {
+        /// Its middle, mm.
+        centre: DVec3,
+        /// Its radius, mm, above 0.
+        radius_mm: f64,
+    },
+    /// Half a cylinder with flat ends: a half disc moved along a straight line.
+    HalfCylinder {
+        /// Middle of the half disc's straight side at the start, mm.
+        from: DVec3,
+        /// The same at the end, mm.
+        to: DVec3,
+        /// Direction from the straight side to the deepest point; what of it is along the line is taken off.
+        down: DVec3,
+        /// Radius of the half disc, mm, above 0.
+        radius_mm: f64,
+    },
+    /// What a cutting loop sweeps over in a step. [`crate::LoopStroke`] makes these from poses.
+    Loop {
+        /// The step.
+        sweep: LoopSweep,
+        /// How far the same stroke had come before this step, mm; 0 for its first step. Behind the start of a step of a
+        /// stroke under way there is no end face, and so no ridge.
+        run_mm: f64,
+    },
+}
+
+/// A box with its own axes that holds a tool.
+#[derive(Debug, Clone, Copy)]
+pub struct Bounds {
+    pub middle: DVec3,
+    /// Orthonormal.
+    pub axes: [DVec3; 3],
+    pub half: DVec3,
+}
+
+/// A tool made ready for many points.
+pub enum Prepared {
+    Sphere(DVec3, f64),
+    Swept(Swept),
+}
+
+impl Tool {
+    /// Checks the numbers and makes ready; none for a tool that has no volume: a loop or half disc that does not move.
+    pub(crate) fn prepare(&self) -> Result<Option<Prepared>, FieldError> {
+        Ok(match self {
+            Tool::Sphere { centre, radius_mm } => {
+                finite("sphere", "centre", *centre)?;
+                positive("sphere", "radius", *radius_mm)?;
+                Some(Prepared::Sphere(*centre, *radius_mm))
+            }
+            &Tool::HalfCylinder {
+                from,
+                to,
+                down,
+                radius_mm,
+            } => {
+                const NAME: &str = "half cylinder";
+                finite(NAME, "from", from)?;
+                finite(NAME, "to", to)?;
+                finite(NAME, "down", down)?;
+                positive(NAME, "radius", radius_mm)?;
+                let Some(travel) = (to - from).try_normalize() else {
+                    return Ok(None);
+                };
+                let down = direction(NAME, "down", down.reject_from_normalized(travel))?;
+                Some(Prepared::Swept(Swept::straight(from, to, travel, down, radius_mm)))
+            }
+            Tool::Loop { sweep, run_mm } => {
+                const NAME: &str = "loop";
+                for pose in [&sweep.from, &sweep.to] {
+                    finite(NAME, "centre", pose.centre)?;
+                    finite(NAME, "travel", pose.travel)?;
+                    finite(NAME, "down", pose.down)?;
+                    let travel = direction(NAME, "travel", pose.travel)?;
+                    direction(NAME, "down", pose.down.reject_from_normalized(travel))?;
+                }
+                positive(NAME, "width", sweep.width_mm)?;
+                positive(NAME, "depth", sweep.depth_mm)?;
+                if !run_mm.is_finite() || *run_mm < 0.0 {
+                    return Err(refused(NAME, "run", *run_mm, "a finite length of 0 or more"));
+                }
+                (sweep.from != sweep.to).then(|| Prepared::Swept(Swept::new(sweep, *run_mm)))
+            }
+        })
+    }
+}
+
+impl Prepared {
+    /// Signed distance, mm, and the one that holds where tissue is gone already: less where a face of this volume is
+    /// only where one step of a stroke ends and the next begins.
+    pub fn distances(&self, point: DVec3) -> [f64; 2] {
+        match self {
+            Prepared::Sphere(centre, radius) => [point.distance(*centre) - radius; 2],
+            Prepared::Swept(swept) => swept.distances(point),
+        }
+    }
+
+    pub fn bounds(&self) -> Bounds {
+        match self {
+            Prepared::Sphere(centre, radius) => Bounds {
+                middle: *centre,
+                axes: DVec3::AXES,
+                half: DVec3::splat(*radius),
+            },
+            Prepared::Swept(swept) => swept.bounds(),
+        }
+    }
+}
+
+fn refused(tool: &'static str, field: &'static str, value: f64, expected: &'static str) -> FieldError {
+    FieldError::Tool {
+        tool,
+        field,
+        value,
+        expected,
+    }
+}
+
+/// Largest coordinate or length of a tool, mm: 100 m, where single precision still tells a hundredth of a millimetre.
+const LARGEST_MM: f64 = 1e5;
+/// Smallest length of a tool, mm.
+const SMALLEST_MM: f64 = 1e-6;
+
+pub fn finite(tool: &'static str, field: &'static str, value: DVec3) -> Result<(), FieldError> {
+    let is_good = |component: f64| component.abs() <= LARGEST_MM;
+    match value.to_array().into_iter().find(|&component| !is_good(component)) {
+        Some(component) => Err(refused(tool, field, component, "a finite vector of at most 1e5 mm")),
+        None => Ok(()),
+    }
+}
+
+pub fn positive(tool: &'static str, field: &'static str, value: f64) -> Result<(), FieldError> {
+    if (SMALLEST_MM..=LARGEST_MM).contains(&value) {
+        return Ok(());
+    }
+    Err(refused(tool, field, value, "a length of 1e-6 to 1e5 mm"))
+}
+
+fn direction(tool: &'static str, field: &'static str, value: DVec3) -> Result<DVec3, FieldError> {
+    value
+        .try_normalize()
+        .ok_or_else(|| refused(tool, field, value.length(), "a direction, `down` not along `travel`"))
+}

@@ -1,0 +1,148 @@
+//! A gland-like tube cut from end to end: what holds at the end, and what it costs (printed: run with `--nocapture`).
+
+mod common;
+
+use std::time::{Duration, Instant};
+
+use common::{assert_sound, current, obj, tube, tube_field};
+use glam::{DVec3, Vec3};
+use resecta_field::{Field, LoopStroke};
+use resecta_solver::LoopPose;
+
+/// A pull of the loop along the tube, 0.83 mm a step: 50 mm/s at 60 Hz.
+const STEP_MM: f64 = 5.0 / 6.0;
+
+fn pose(angle: f64, radius: f64, z: f64) -> LoopPose {
+    let out = DVec3::new(angle.cos(), angle.sin(), 0.0);
+    LoopPose {
+        centre: out * radius + DVec3::Z * z,
+        travel: DVec3::NEG_Z,
+        down: out,
+    }
+}
+
+struct Costs {
+    steps: u32,
+    sum: Duration,
+    worst: Duration,
+}
+
+/// Pulls the loop over the whole length of the tube.
+fn pull(field: &mut Field, positions: &[Vec3], angle: f64, radius: f64, length: f64, costs: &mut Costs) -> f64 {
+    let mut removed = 0.0;
+    let mut z = length + 1.0;
+    let mut stroke = LoopStroke::new(pose(angle, radius, z), 6.5, 4.5);
+    field.begin_chip();
+    while z > -1.0 {
+        z -= STEP_MM;
+        let tool = stroke.step_to(pose(angle, radius, z));
+        let start = Instant::now();
+        removed += field.cut(&tool, positions).expect("a good tool").removed_mm3;
+        let took = start.elapsed();
+        costs.steps += 1;
+        costs.sum += took;
+        costs.worst = costs.worst.max(took);
+    }
+    removed
+}
+
+#[test]
+fn a_gland_is_cut_from_end_to_end() {
+    let lattice = tube(42.0, 44.0, 8.0);
+    let mut field = tube_field(&lattice, 0.5);
+    let positions = current(&lattice.positions, |place| place);
+    println!(
+        "{} nodes, {} pentahedra, divisions {:?}",
+        positions.len(),
+        lattice.pentahedra.len(),
+        field.divisions()
+    );
+    let mut chips = 0.0;
+    let begin = Instant::now();
+    for (round, radius) in [4.0, 7.0, 10.0, 13.0, 16.0].into_iter().enumerate() {
+        let mut costs = Costs {
+            steps: 0,
+            sum: Duration::ZERO,
+            worst: Duration::ZERO,
+        };
+        let (mut taking, mut count) = (Duration::ZERO, 0);
+        // As many pulls as leave no ridge between them.
+        let pulls = (std::f64::consts::TAU * (radius + 2.0) / 4.0).ceil() as i32;
+        for n in 0..pulls {
+            let angle = std::f64::consts::TAU * f64::from(n) / f64::from(pulls);
+            let removed = pull(&mut field, &positions, angle, radius, 44.0, &mut costs);
+            let start = Instant::now();
+            if let Some(chip) = field.take_chip(&positions).expect("good positions") {
+                assert!((chip.rest_volume_mm3 - removed).abs() < 1e-6);
+                chips += chip.rest_volume_mm3;
+            }
+            (taking, count) = (taking + start.elapsed(), count + 1);
+        }
+        let (mut places, mut normals) = (Vec::new(), Vec::new());
+        let start = Instant::now();
+        field.move_vertices(&positions, &mut places).expect("as many as nodes");
+        let first = start.elapsed();
+        let start = Instant::now();
+        field.move_vertices(&positions, &mut places).expect("as many as nodes");
+        let moved = start.elapsed();
+        let start = Instant::now();
+        field.move_normals(&positions, &mut normals).expect("as many as nodes");
+        println!(
+            "round {round}: a step {:.2} ms, at most {:.2}; a chip {:.2} ms; {:.1} MB; {} slots move in {:.3} ms (first {:.3}), \
+             normals {:.3} ms; {} triangles",
+            costs.sum.as_secs_f64() * 1e3 / f64::from(costs.steps),
+            costs.worst.as_secs_f64() * 1e3,
+            taking.as_secs_f64() * 1e3 / f64::from(count),
+            field.bytes() as f64 / 1e6,
+            places.len(),
+            moved.as_secs_f64() * 1e3,
+            first.as_secs_f64() * 1e3,
+            start.elapsed().as_secs_f64() * 1e3,
+            field.surface().triangles().count(),
+        );
+    }
+    println!("in all {:.2} s", begin.elapsed().as_secs_f64());
+    assert_sound(&field, "gland");
+    let sum = chips + field.volume_mm3();
+    assert!(
+        (sum / field.initial_volume_mm3() - 1.0).abs() < 1e-9,
+        "chips and rest make {sum}"
+    );
+}
+
+/// Writes a trench of two pulls, and its chip, for someone to look at.
+#[test]
+fn a_trench_can_be_looked_at() {
+    let lattice = tube(30.0, 30.0, 10.0);
+    let mut field = tube_field(&lattice, 0.5);
+    let bend = |place: DVec3| place + DVec3::new(0.006 * place.z * place.z, 0.0, 0.0);
+    let positions = current(&lattice.positions, bend);
+    let mut costs = Costs {
+        steps: 0,
+        sum: Duration::ZERO,
+        worst: Duration::ZERO,
+    };
+    for angle in [0.2, 0.75] {
+        pull(&mut field, &positions, angle, 4.0, 24.0, &mut costs);
+    }
+    let chip = field.take_chip(&positions).expect("good positions").expect("a chip");
+    assert_sound(&field, "trench");
+    let (mut places, mut normals) = (Vec::new(), Vec::new());
+    field.move_vertices(&positions, &mut places).expect("as many as nodes");
+    field.move_normals(&positions, &mut normals).expect("as many as nodes");
+    let folder = std::env::temp_dir();
+    for (name, text) in [
+        (
+            "resecta_trench.obj",
+            obj(&places, &normals, field.surface().triangles()),
+        ),
+        (
+            "resecta_chip.obj",
+            obj(&chip.vertices, &chip.normals, chip.triangles.iter().copied()),
+        ),
+    ] {
+        let path = folder.join(name);
+        std::fs::write(&path, text).expect("the temporary folder can be written to");
+        println!("wrote {}", path.display());
+    }
+}

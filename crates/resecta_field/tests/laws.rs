@@ -1,0 +1,433 @@
+//! Laws of the field: closed, conserving, sparse, deterministic, whatever is cut in whatever shape.
+
+mod common;
+
+use common::{assert_closed, assert_sound, block, block_field, chip_is_closed, current, enclosed, tube, tube_field};
+use glam::{DVec3, Vec3};
+use resecta_field::{Field, LoopStroke, SurfaceKind, Tool};
+use resecta_solver::LoopPose;
+
+/// Numbers between 0 and 1 that are always the same.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    fn direction(&mut self) -> DVec3 {
+        loop {
+            let vector = DVec3::new(
+                self.between(-1.0, 1.0),
+                self.between(-1.0, 1.0),
+                self.between(-1.0, 1.0),
+            );
+            if (0.1..1.0).contains(&vector.length()) {
+                return vector.normalize();
+            }
+        }
+    }
+}
+
+/// A tube twisted, bent and squeezed.
+fn deformed(place: DVec3) -> DVec3 {
+    let turn = 0.02 * place.z;
+    let (sin, cos) = turn.sin_cos();
+    DVec3::new(
+        cos * place.x - sin * place.y + 0.01 * place.z * place.z,
+        0.9 * (sin * place.x + cos * place.y),
+        1.1 * place.z + 0.5 * (0.2 * place.x).sin(),
+    )
+}
+
+/// A stroke of a few steps through a place on the tube, in any pose, some of them turning.
+fn random_stroke(random: &mut Random) -> Vec<Tool> {
+    let angle = random.between(0.0, std::f64::consts::TAU);
+    let place =
+        DVec3::new(angle.cos(), angle.sin(), 0.0) * random.between(3.0, 13.0) + DVec3::Z * random.between(0.0, 24.0);
+    let (travel, turn) = (random.direction(), 0.1 * random.direction());
+    let down = random.direction().reject_from_normalized(travel).normalize();
+    let (steps, length) = (1 + (random.next() * 4.0) as i32, random.between(0.2, 1.6));
+    let pose = |n: i32| {
+        let travel = (travel + turn * f64::from(n)).normalize();
+        LoopPose {
+            centre: deformed(place) + travel * length * f64::from(n),
+            travel,
+            down: down.reject_from_normalized(travel).normalize(),
+        }
+    };
+    let mut stroke = LoopStroke::new(pose(0), 6.5, 4.5);
+    (1..=steps).map(|n| stroke.step_to(pose(n))).collect()
+}
+
+#[test]
+fn two_hundred_random_strokes_leave_a_sound_field() {
+    let lattice = tube(24.0, 24.0, 15.0);
+    let mut field = tube_field(&lattice, 0.7);
+    let positions = current(&lattice.positions, deformed);
+    assert_closed(field.surface().triangles(), "uncut");
+    let mut random = Random(11);
+    let mut volume = field.volume_mm3();
+    let mut chips = 0.0;
+    let mut freed = 0.0;
+    for stroke in 0..200 {
+        let what = format!("stroke {stroke}");
+        field.begin_chip();
+        let fills: Vec<f64> = (0..field.pentahedron_count() as u32).map(|n| field.fill(n)).collect();
+        let (mut reported, mut pentahedra) = (0.0, Vec::new());
+        for tool in random_stroke(&mut random) {
+            let cut = field.cut(&tool, &positions).expect("a good tool");
+            assert!(cut.removed.iter().all(|&(_, lost)| lost > 0.0), "{what}");
+            reported += cut.removed_mm3;
+            pentahedra.extend(cut.removed.iter().map(|&(pentahedron, _)| pentahedron));
+        }
+        for (pentahedron, fill) in (0..).zip(fills) {
+            assert!(
+                field.fill(pentahedron) <= fill,
+                "{what}: pentahedron {pentahedron} grew"
+            );
+        }
+        let lost = volume - field.volume_mm3();
+        assert!(
+            (lost - reported).abs() < 1e-9 * field.initial_volume_mm3(),
+            "{what}: {lost} against {reported}"
+        );
+        assert_sound(&field, &what);
+        for piece in field.loose_pieces(&pentahedra, 200.0, |_| false) {
+            let cut = field.empty(&piece.pentahedra).expect("pentahedra of the field");
+            assert!(cut.removed_mm3 >= piece.rest_volume_mm3 * (1.0 - 1e-12), "{what}");
+            assert!(
+                piece
+                    .pentahedra
+                    .iter()
+                    .all(|&pentahedron| field.fill(pentahedron) == 0.0),
+                "{what}"
+            );
+            reported += cut.removed_mm3;
+            freed += piece.rest_volume_mm3;
+            assert_sound(&field, &what);
+        }
+        if let Some(chip) = field.take_chip(&positions).expect("good positions") {
+            chip_is_closed(&chip);
+            chips += chip.rest_volume_mm3;
+            assert!(
+                (chip.rest_volume_mm3 - reported).abs() < 1e-9 * field.initial_volume_mm3(),
+                "{what}"
+            );
+        }
+        volume = field.volume_mm3();
+    }
+    let sum = chips + field.volume_mm3();
+    println!(
+        "{chips:.1} mm³ in chips, {freed:.1} of it came loose, {:.1} left",
+        field.volume_mm3()
+    );
+    assert!(
+        (sum / field.initial_volume_mm3() - 1.0).abs() < 1e-9,
+        "chips and rest make {sum}"
+    );
+}
+
+#[test]
+fn a_block_that_is_cut_through_and_through_stays_closed() {
+    // Quadrilaterals exposed beside triangles, edges with several fans, cells that end in nothing.
+    let mut field = block_field([3, 3, 3], 2.0, 0.6);
+    let (rest, _) = block([3, 3, 3], 2.0);
+    let positions = current(&rest, |place| place);
+    let mut random = Random(5);
+    for n in 0..150 {
+        let centre = DVec3::new(
+            random.between(-0.5, 6.5),
+            random.between(-0.5, 6.5),
+            random.between(-0.5, 6.5),
+        );
+        let radius_mm = random.between(0.2, 1.3);
+        field
+            .cut(&Tool::Sphere { centre, radius_mm }, &positions)
+            .expect("a good tool");
+        assert_sound(&field, &format!("ball {n}"));
+    }
+}
+
+#[test]
+fn pentahedra_that_share_only_an_edge_or_a_node_stay_closed() {
+    // Two wedges that touch along an edge, and a third at one node.
+    let wedge = |corners: [DVec3; 3]| corners.into_iter().chain(corners.map(|corner| corner + 2.0 * DVec3::Z));
+    let at = |x: f64, y: f64| DVec3::new(x, y, 0.0);
+    let mut rest: Vec<DVec3> = wedge([at(0.0, 0.0), at(0.0, 2.0), at(2.0, 0.0)]).collect();
+    rest.extend(
+        [at(0.0, -2.0), at(-2.0, 0.0)]
+            .into_iter()
+            .flat_map(|place| [place, place + 2.0 * DVec3::Z]),
+    );
+    let base = rest.len() as u32;
+    rest.extend([DVec3::new(-3.0, -1.0, 4.0), DVec3::new(-1.0, -3.0, 4.0)]);
+    rest.extend([
+        DVec3::new(-3.0, -1.0, 3.0),
+        DVec3::new(-1.0, -3.0, 3.0),
+        DVec3::new(0.0, 0.0, 4.0),
+    ]);
+    let pentahedra = [
+        [0, 1, 2, 3, 4, 5],
+        [0, 6, 8, 3, 7, 9],
+        [3, base + 3, base + 2, base + 4, base + 1, base],
+    ];
+    let mut field = Field::new(&rest, &pentahedra, 0.4, |_, _| SurfaceKind::Other).expect("three wedges");
+    let positions = current(&rest, |place| place);
+    assert_sound(&field, "uncut");
+    let mut random = Random(3);
+    for n in 0..60 {
+        let centre = DVec3::new(
+            random.between(-1.5, 1.5),
+            random.between(-1.5, 1.5),
+            random.between(-0.5, 4.0),
+        );
+        let radius_mm = random.between(0.2, 0.7);
+        field
+            .cut(&Tool::Sphere { centre, radius_mm }, &positions)
+            .expect("a good tool");
+        assert_sound(&field, &format!("ball {n}"));
+    }
+}
+
+#[test]
+fn what_nothing_cut_holds_nothing() {
+    let mut field = block_field([6, 6, 6], 2.0, 0.5);
+    let (rest, pentahedra) = block([6, 6, 6], 2.0);
+    let positions = current(&rest, |place| place);
+    assert_eq!(field.bytes(), 0);
+    assert_eq!(field.volume_mm3(), field.initial_volume_mm3());
+    let far = Tool::Sphere {
+        centre: DVec3::splat(-20.0),
+        radius_mm: 5.0,
+    };
+    assert!(field.cut(&far, &positions).expect("a good tool").removed.is_empty());
+    assert_eq!(field.bytes(), 0);
+    let corner = Tool::Sphere {
+        centre: DVec3::ZERO,
+        radius_mm: 1.5,
+    };
+    field.cut(&corner, &positions).expect("a good tool");
+    assert!(field.bytes() > 0);
+    for (pentahedron, nodes) in (0..).zip(&pentahedra) {
+        let nearest = nodes
+            .iter()
+            .map(|&node| rest[node as usize].length())
+            .fold(f64::INFINITY, f64::min);
+        assert!(
+            !field.is_touched(pentahedron) || nearest < 4.0,
+            "pentahedron {pentahedron} at {nearest} mm"
+        );
+    }
+}
+
+#[test]
+fn the_same_strokes_give_the_same_bytes() {
+    let run = || {
+        let lattice = tube(20.0, 20.0, 20.0);
+        let mut field = tube_field(&lattice, 0.6);
+        let positions = current(&lattice.positions, deformed);
+        let mut random = Random(23);
+        for _ in 0..20 {
+            for tool in random_stroke(&mut random) {
+                field.cut(&tool, &positions).expect("a good tool");
+            }
+        }
+        let (mut places, mut normals) = (Vec::new(), Vec::new());
+        field.move_vertices(&positions, &mut places).expect("as many as nodes");
+        field.move_normals(&positions, &mut normals).expect("as many as nodes");
+        let bits = |all: Vec<Vec3>| all.iter().map(|v| v.to_array().map(f32::to_bits)).collect::<Vec<_>>();
+        let volumes: Vec<u64> = (0..field.pentahedron_count() as u32)
+            .map(|n| field.kept_mm3(n).to_bits())
+            .collect();
+        (
+            field.surface().triangle_slots().to_vec(),
+            bits(places),
+            bits(normals),
+            volumes,
+        )
+    };
+    assert!(run() == run());
+}
+
+#[test]
+fn the_surface_encloses_what_is_kept() {
+    let (rest, _) = block([5, 5, 5], 2.0);
+    let mut field = block_field([5, 5, 5], 2.0, 0.5);
+    let positions = current(&rest, |place| place);
+    let tool = Tool::HalfCylinder {
+        from: DVec3::new(4.8, 8.1, -3.0),
+        to: DVec3::new(5.3, 7.7, 14.0),
+        down: DVec3::NEG_Y,
+        radius_mm: 3.2,
+    };
+    field.cut(&tool, &positions).expect("a good tool");
+    let mut places = Vec::new();
+    field.move_vertices(&positions, &mut places).expect("as many as nodes");
+    let volume = enclosed(field.surface().triangles(), &places);
+    assert!(
+        (volume / field.volume_mm3() - 1.0).abs() < 0.01,
+        "{volume} against {}",
+        field.volume_mm3()
+    );
+}
+
+#[test]
+fn normals_follow_the_surface() {
+    let lattice = tube(24.0, 24.0, 10.0);
+    let mut field = tube_field(&lattice, 0.5);
+    let ball = Tool::Sphere {
+        centre: DVec3::new(12.0, 0.0, 12.0),
+        radius_mm: 6.0,
+    };
+    let rest = current(&lattice.positions, |place| place);
+    field.cut(&ball, &rest).expect("a good tool");
+    let positions = current(&lattice.positions, deformed);
+    let (mut places, mut normals) = (Vec::new(), Vec::new());
+    field.move_vertices(&positions, &mut places).expect("as many as nodes");
+    field.move_normals(&positions, &mut normals).expect("as many as nodes");
+    let mut sums = vec![Vec3::ZERO; places.len()];
+    for triangle in field.surface().triangles() {
+        let [a, b, c] = triangle.map(|vertex| places[vertex as usize]);
+        triangle
+            .into_iter()
+            .for_each(|vertex| sums[vertex as usize] += (b - a).cross(c - a));
+    }
+    let (mut worst, mut mean, mut count) = (1.0_f32, 0.0, 0.0);
+    for (sum, normal) in sums.iter().zip(&normals).filter(|(sum, _)| sum.length() > 1e-3) {
+        let cosine = sum.normalize().dot(*normal);
+        (worst, mean, count) = (worst.min(cosine), mean + cosine, count + 1.0);
+    }
+    assert!(
+        mean / count > 0.995 && worst > 0.5,
+        "mean {}, worst {worst}",
+        mean / count
+    );
+}
+
+#[test]
+fn a_chip_is_the_body_that_was_cut() {
+    let (rest, _) = block([6, 6, 6], 2.0);
+    let positions = current(&rest, |place| place);
+    let mut field = block_field([6, 6, 6], 2.0, 0.5);
+    let centre = DVec3::new(6.1, 5.9, 6.3);
+    field.begin_chip();
+    let cut = field
+        .cut(&Tool::Sphere { centre, radius_mm: 3.5 }, &positions)
+        .expect("a good tool");
+    let chip = field.take_chip(&positions).expect("good positions").expect("a chip");
+    chip_is_closed(&chip);
+    assert!((chip.rest_volume_mm3 - cut.removed_mm3).abs() < 1e-9);
+    let volume = enclosed(chip.triangles.iter().copied(), &chip.vertices);
+    assert!(
+        (volume / chip.rest_volume_mm3 - 1.0).abs() < 0.02,
+        "{volume} against {}",
+        chip.rest_volume_mm3
+    );
+    assert!(chip.centre.distance(centre) < 0.02, "{}", chip.centre);
+    let exact = 0.4 * chip.rest_volume_mm3 * 3.5 * 3.5;
+    for (n, axis) in DVec3::AXES.into_iter().enumerate() {
+        assert!(
+            (chip.inertia.col(n)[n] / exact - 1.0).abs() < 0.02,
+            "{} against {exact}",
+            chip.inertia
+        );
+        assert!(
+            (chip.inertia * axis - axis * chip.inertia.col(n)[n]).length() < 0.02 * exact,
+            "{}",
+            chip.inertia
+        );
+    }
+    assert!(field.take_chip(&positions).expect("good positions").is_none());
+    // A second cut that overlaps the first takes what the first left.
+    field.begin_chip();
+    let cut = field
+        .cut(
+            &Tool::Sphere {
+                centre: centre + 2.0 * DVec3::X,
+                radius_mm: 3.0,
+            },
+            &positions,
+        )
+        .expect("a good tool");
+    let chip = field.take_chip(&positions).expect("good positions").expect("a chip");
+    chip_is_closed(&chip);
+    let volume = enclosed(chip.triangles.iter().copied(), &chip.vertices);
+    // Its edge is as thin as a knife's, and the surface rounds it.
+    assert!(
+        (volume / cut.removed_mm3 - 1.0).abs() < 0.1,
+        "{volume} against {}",
+        cut.removed_mm3
+    );
+}
+
+#[test]
+fn a_piece_that_nothing_holds_is_found_and_freed() {
+    let (rest, _) = block([8, 3, 3], 2.0);
+    let positions = current(&rest, |place| place);
+    let mut field = block_field([8, 3, 3], 2.0, 0.5);
+    // Two slots through the whole block leave a slice of 4 mm between them.
+    let slot = |x: f64| Tool::HalfCylinder {
+        from: DVec3::new(x, -8.0, 3.0),
+        to: DVec3::new(x, 14.0, 3.0),
+        down: DVec3::X,
+        radius_mm: 4.6,
+    };
+    let first = field.cut(&slot(0.4), &positions).expect("a good tool");
+    let around: Vec<u32> = first.removed.iter().map(|&(pentahedron, _)| pentahedron).collect();
+    let pieces = field.loose_pieces(&around, 200.0, |_| false);
+    assert!(pieces.iter().all(|piece| piece.rest_volume_mm3 < 100.0));
+    let held = field.loose_pieces(&around, 200.0, |_| true);
+    assert!(held.is_empty());
+    let second = field.cut(&slot(8.2), &positions).expect("a good tool");
+    let around: Vec<u32> = second.removed.iter().map(|&(pentahedron, _)| pentahedron).collect();
+    let pieces = field.loose_pieces(&around, 500.0, |_| false);
+    assert!(!pieces.is_empty());
+    field.begin_chip();
+    let mut freed = 0.0;
+    for piece in &pieces {
+        freed += field
+            .empty(&piece.pentahedra)
+            .expect("pentahedra of the field")
+            .removed_mm3;
+        assert_sound(&field, "freed");
+    }
+    let chip = field.take_chip(&positions).expect("good positions").expect("a chip");
+    chip_is_closed(&chip);
+    assert!((chip.rest_volume_mm3 - freed).abs() < 1e-9);
+    let volume = enclosed(chip.triangles.iter().copied(), &chip.vertices);
+    assert!((volume / freed - 1.0).abs() < 0.05, "{volume} against {freed}");
+}
+
+#[test]
+fn coagulation_is_read_back_on_what_is_cut_later() {
+    let (rest, _) = block([6, 6, 6], 2.0);
+    let positions = current(&rest, |place| place);
+    let mut field = block_field([6, 6, 6], 2.0, 0.5);
+    let middle = DVec3::new(6.0, 6.0, 12.0);
+    let changed = field.coagulate(middle, 1.0, 2.0, &positions).expect("a good ball");
+    assert!(!changed.is_empty());
+    assert_sound(&field, "coagulated");
+    assert_eq!(field.volume_mm3(), field.initial_volume_mm3());
+    let ball = Tool::Sphere {
+        centre: middle,
+        radius_mm: 2.0,
+    };
+    field.cut(&ball, &positions).expect("a good tool");
+    assert_sound(&field, "cut");
+    let mut places = Vec::new();
+    field.move_vertices(&positions, &mut places).expect("as many as nodes");
+    for vertex in field.surface().triangles().flatten() {
+        let depth = field.surface().coagulation_mm()[vertex as usize];
+        let exact = (3.0 - places[vertex as usize].as_dvec3().distance(middle)).max(0.0) as f32;
+        assert!((depth - exact).abs() < 0.15, "{depth} against {exact}");
+    }
+}
