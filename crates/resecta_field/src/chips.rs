@@ -3,11 +3,12 @@
 //! Its value is `min(before, -after)`: positive where tissue was and is no more. The same extraction gives its surface, and
 //! the same tetrahedra its volume and moments, as what was kept before less what is kept after.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3, Vec3};
 
 use crate::field::Field;
+use crate::lookup::Lookup;
 use crate::surface::Surface;
 use crate::{FieldError, SurfaceKind, volume};
 
@@ -15,7 +16,7 @@ use crate::{FieldError, SurfaceKind, volume};
 #[derive(Debug, Clone, Default)]
 pub struct Before {
     /// Values by point. Only looked up, so its order is of no matter.
-    values: HashMap<u32, f32>,
+    values: Lookup<u32, f32>,
     /// Kept volume by pentahedron.
     kept: BTreeMap<u32, f64>,
 }
@@ -105,7 +106,7 @@ impl Field {
         surface.update(&self.mesh, &self.sub, &self.points, value, &pentahedra);
         let mut places = Vec::new();
         surface.vertices.places(&self.mesh, positions, &mut places);
-        let mut number: HashMap<u32, u32> = HashMap::new();
+        let mut number: Lookup<u32, u32> = Lookup::default();
         for triangle in surface.triangles() {
             let corners = triangle.map(|slot| {
                 *number.entry(slot).or_insert_with(|| {
@@ -138,20 +139,25 @@ impl Field {
             let scale = self.mesh.rest_volumes[pentahedron as usize] / cell.tetrahedra_mm3;
             let rest = self.mesh.rest_shape(pentahedron);
             let now = self.mesh.shape(pentahedron, positions);
+            let after: Vec<f32> = cell
+                .points
+                .iter()
+                .map(|&point| self.points.values[point as usize])
+                .collect();
+            let former: Vec<f32> = (cell.points.iter().zip(&after))
+                .map(|(point, &after)| before.values.get(point).copied().unwrap_or(after))
+                .collect();
             for prism in &self.sub.prisms {
-                let points = prism.map(|corner| cell.points[corner as usize]);
-                if !points.iter().any(|point| before.values.contains_key(point)) {
+                let corners = prism.map(|corner| corner as usize);
+                if corners.iter().all(|&corner| former[corner] == after[corner]) {
                     continue;
                 }
-                let after = points.map(|point| self.points.values[point as usize]);
-                let former: [f32; 6] =
-                    std::array::from_fn(|n| before.values.get(&points[n]).copied().unwrap_or(after[n]));
-                let at_rest = prism.map(|corner| rest.at(self.sub.places[corner as usize]));
-                let places = prism.map(|corner| now.at(self.sub.places[corner as usize]));
-                for tetrahedron in volume::tetrahedra(points) {
+                let at_rest = corners.map(|corner| rest.at(self.sub.places[corner]));
+                let places = corners.map(|corner| now.at(self.sub.places[corner]));
+                for tetrahedron in volume::tetrahedra(corners.map(|corner| cell.points[corner])) {
                     let mass = scale * volume::tetrahedron_volume(tetrahedron.map(|corner| at_rest[corner]));
                     let places = tetrahedron.map(|corner| places[corner]);
-                    let values = |of: &[f32; 6]| tetrahedron.map(|corner| f64::from(of[corner]));
+                    let values = |of: &[f32]| tetrahedron.map(|corner| f64::from(of[corners[corner]]));
                     moments.add(values(&former), places, mass);
                     moments.add(values(&after), places, -mass);
                 }
@@ -172,15 +178,23 @@ struct Moments {
 impl Moments {
     /// Adds the part of a tetrahedron in which a linear function is positive.
     fn add(&mut self, values: [f64; 4], places: [DVec3; 4], mass: f64) {
+        if values.iter().all(|&value| value > 0.0) {
+            self.add_whole(places, mass);
+            return;
+        }
         for part in volume::kept_parts(values) {
             let corners = part.map(|weights| places.iter().zip(weights).map(|(place, weight)| *place * weight).sum());
-            let share = volume::share(&part);
-            let sum: DVec3 = corners.iter().sum();
-            self.mass += mass * share;
-            self.first += sum * (0.25 * mass * share);
-            let squares: DMat3 = corners.iter().map(|&corner| outer(corner)).sum();
-            self.second += (squares + outer(sum)) * (mass * share / 20.0);
+            self.add_whole(corners, mass * volume::share(&part));
         }
+    }
+
+    /// Adds a tetrahedron of even density.
+    fn add_whole(&mut self, corners: [DVec3; 4], mass: f64) {
+        let sum: DVec3 = corners.iter().sum();
+        self.mass += mass;
+        self.first += sum * (0.25 * mass);
+        let squares = outer(corners[0]) + outer(corners[1]) + outer(corners[2]) + outer(corners[3]);
+        self.second += (squares + outer(sum)) * (mass / 20.0);
     }
 
     /// Centre, and inertia about it, of that mass.

@@ -30,6 +30,7 @@ mod cut;
 mod error;
 mod extract;
 mod field;
+mod lookup;
 mod mesh;
 mod pieces;
 mod points;

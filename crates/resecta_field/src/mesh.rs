@@ -1,11 +1,10 @@
 //! The mesh that the field lives on: which pentahedra meet in a face, at a node, and at an edge of the exposed surface.
 
-use std::collections::HashMap;
-
 use glam::{DVec3, Vec3};
 use resecta_anatomy::wedge;
 
 use crate::FieldError;
+use crate::lookup::Lookup;
 use crate::shape::Shape;
 use crate::sublattice::{FACES, MAX_DIVISIONS, face_corners};
 use crate::surface::SurfaceKind;
@@ -28,7 +27,7 @@ pub struct Mesh {
     starts: Vec<u32>,
     around: Vec<u32>,
     /// Exposed faces at every edge of the exposed surface.
-    exposed_at: HashMap<[u32; 2], Vec<u32>>,
+    exposed_at: Lookup<[u32; 2], Vec<u32>>,
 }
 
 impl Mesh {
@@ -71,7 +70,7 @@ impl Mesh {
             kinds: Vec::new(),
             starts,
             around,
-            exposed_at: HashMap::new(),
+            exposed_at: Lookup::default(),
         };
         mesh.join()?;
         mesh.kinds = (0..pentahedra.len() * FACES)
@@ -88,7 +87,7 @@ impl Mesh {
     }
 
     fn join(&mut self) -> Result<(), FieldError> {
-        let mut open: HashMap<[u32; 4], usize> = HashMap::with_capacity(self.across.len());
+        let mut open: Lookup<[u32; 4], usize> = Lookup::default();
         for id in 0..self.across.len() {
             let (pentahedron, face) = (id / FACES, id % FACES);
             let nodes = self.face_nodes(pentahedron as u32, face);
@@ -184,7 +183,7 @@ impl Mesh {
         if !spacing_mm.is_finite() || spacing_mm <= 0.0 {
             return Err(FieldError::Spacing(spacing_mm));
         }
-        let mut sorts: HashMap<[u32; 2], u8> = HashMap::new();
+        let mut sorts: Lookup<[u32; 2], u8> = Lookup::default();
         let mut longest = [0.0_f64; 2];
         for nodes in &self.pentahedra {
             for (n, [a, b]) in wedge::EDGES.iter().map(|ends| ends.map(|end| nodes[end])).enumerate() {

@@ -3,9 +3,8 @@
 //! Two pentahedra are connected where something is kept of the face between them. A pentahedron is one: two parts of it
 //! that a cut has parted count as connected until one of them goes.
 
-use std::collections::HashMap;
-
 use crate::field::Field;
+use crate::lookup::Lookup;
 use crate::sublattice::FACES;
 
 /// Pentahedra that are connected with each other and with nothing else.
@@ -28,7 +27,7 @@ impl Field {
             .filter(|&pentahedron| (pentahedron as usize) < self.pentahedron_count())
             .collect();
         // Which search found a pentahedron; only looked up.
-        let mut found_by: HashMap<u32, usize> = HashMap::new();
+        let mut found_by: Lookup<u32, usize> = Lookup::default();
         let mut pieces = Vec::new();
         for (search, start) in self.mesh.ring(&given).into_iter().enumerate() {
             if self.kept_mm3(start) <= 0.0 || found_by.contains_key(&start) {

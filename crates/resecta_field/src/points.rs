@@ -4,10 +4,9 @@
 //! neighbours always agree. Numbers are given when a pentahedron is first touched: the values of all points stand in one
 //! array, without holes, and what nothing touched has none.
 
-use std::collections::HashMap;
-
 use resecta_anatomy::wedge;
 
+use crate::lookup::Lookup;
 use crate::mesh::{Mesh, edge, face_key};
 use crate::sublattice::{FACES, Sublattice, face_corners};
 use crate::volume;
@@ -36,8 +35,8 @@ pub struct Points {
     /// Number of the point at every node; empty until something is touched.
     nodes: Vec<u32>,
     /// First point inside an edge, counted from its smaller node, and inside a face.
-    edges: HashMap<[u32; 2], u32>,
-    faces: HashMap<[u32; 4], u32>,
+    edges: Lookup<[u32; 2], u32>,
+    faces: Lookup<[u32; 4], u32>,
     /// Index of every pentahedron's cell; empty until something is touched.
     cell_of: Vec<u32>,
     cells: Vec<Cell>,

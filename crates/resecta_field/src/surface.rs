@@ -3,11 +3,10 @@
 //! Where a cut has reached, the surface is that of `extract.rs`; elsewhere the exposed faces as they are (`coarse.rs`). All
 //! triangles together are closed and oriented outwards: every directed edge has its opposite.
 
-use std::collections::HashMap;
-
 use glam::Vec3;
 use resecta_anatomy::wedge;
 
+use crate::lookup::Lookup;
 use crate::mesh::Mesh;
 use crate::shape;
 use crate::vertices::Vertices;
@@ -51,9 +50,9 @@ pub struct Surface {
     first: Vec<u32>,
     free: Vec<u32>,
     /// Pieces by pentahedron; empty until a cut.
-    pub(crate) pieces: HashMap<u32, Piece>,
+    pub(crate) pieces: Lookup<u32, Piece>,
     /// Slots of kept points on the exposed surface.
-    pub(crate) point_slots: HashMap<u32, u32>,
+    pub(crate) point_slots: Lookup<u32, u32>,
     version: u64,
 }
 
@@ -66,8 +65,8 @@ impl Surface {
             next: Vec::new(),
             first: vec![NONE; mesh.pentahedra.len()],
             free: Vec::new(),
-            pieces: HashMap::new(),
-            point_slots: HashMap::new(),
+            pieces: Lookup::default(),
+            point_slots: Lookup::default(),
             version: 1,
         }
     }
@@ -174,22 +173,26 @@ impl Surface {
         // A vertex that moved turns the triangles around it, and they the normals of their other corners: those lie in
         // the pieces around, and what meets in them one ring further.
         let near = mesh.ring(pentahedra);
-        let mut targets: Vec<u32> = near
-            .iter()
-            .flat_map(|&pentahedron| self.of(pentahedron))
-            .flatten()
-            .collect();
-        targets.sort_unstable();
-        targets.dedup();
+        let mut places = vec![NONE; self.vertices.len()];
+        let mut targets = Vec::new();
+        for vertex in near.iter().flat_map(|&pentahedron| self.of(pentahedron)).flatten() {
+            let place = &mut places[vertex as usize];
+            if *place == NONE {
+                *place = targets.len() as u32;
+                targets.push(vertex);
+            }
+        }
         let mut sums = vec![Vec3::ZERO; targets.len()];
         for pentahedron in mesh.ring(&near) {
             for triangle in self.of(pentahedron) {
+                let at = triangle.map(|vertex| places[vertex as usize]);
+                if at == [NONE; 3] {
+                    continue;
+                }
                 let [a, b, c] = triangle.map(|vertex| self.vertices.rest[vertex as usize]);
                 let area = (b - a).cross(c - a);
-                for vertex in triangle {
-                    if let Ok(index) = targets.binary_search(&vertex) {
-                        sums[index] += area;
-                    }
+                for place in at.into_iter().filter(|&place| place != NONE) {
+                    sums[place as usize] += area;
                 }
             }
         }
