@@ -7,8 +7,9 @@ use crate::points::place;
 use crate::tool::{Bounds, Prepared};
 use crate::{FieldError, Tool, volume};
 
-/// A pentahedron of which less than this share is kept is emptied: it would move, and cost, as if it were whole.
-pub const SLIVER_SHARE: f64 = 0.01;
+/// A pentahedron of which less than this share is kept is emptied: it would move, and cost, as if it were whole. What goes
+/// with it leaves a dent of up to a few tenths of a millimetre beside the tool's wall: 0.5 mm at a share of 2 %.
+pub const SLIVER_SHARE: f64 = 0.005;
 
 /// What one cut removed, in rest volume, so that squeezed tissue weighs no less.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -26,7 +27,7 @@ pub struct Cut {
 impl Field {
     /// Takes away what is inside a tool, the nodes being at `positions`, mm.
     ///
-    /// A tool that does not move (a loop at rest) takes nothing. Of pentahedra of which less than 1 % would be left
+    /// A tool that does not move (a loop at rest) takes nothing. Of pentahedra of which less than 0.5 % would be left
     /// nothing is left.
     ///
     /// # Errors
@@ -104,16 +105,13 @@ impl Field {
         let shape = self.mesh.shape(pentahedron, positions);
         for local in 0..self.points.of(pentahedron).len() {
             let point = self.points.of(pentahedron)[local];
-            if self.points.marks[point as usize] >= edit.seen {
+            let old = self.points.values[point as usize];
+            if self.points.marks[point as usize] >= edit.seen || old <= -self.band {
                 continue;
             }
             self.points.marks[point as usize] = edit.seen;
             let [distance, gone] = tool.distances(shape.at(self.sub.places[local]));
-            let value = if self.points.values[point as usize] > 0.0 {
-                distance
-            } else {
-                gone
-            };
+            let value = if old > 0.0 { distance } else { gone };
             self.lower(edit, point, (value as f32).max(-self.band));
         }
     }
@@ -195,7 +193,17 @@ impl Field {
             }
         }
         self.removed_mm3 += cut.removed_mm3;
-        let dirty = kept.into_iter().map(|(pentahedron, _)| pentahedron).collect();
+        // Where all is kept, or nothing is and nothing was, the surface does not change.
+        let matters = |&pentahedron: &u32| {
+            let is_kept = |&point: &u32| self.points.values[point as usize] > 0.0;
+            let points = self.points.of(pentahedron);
+            !points.iter().all(is_kept) && (points.iter().any(is_kept) || !self.surface.is_bare(pentahedron))
+        };
+        let dirty = kept
+            .into_iter()
+            .map(|(pentahedron, _)| pentahedron)
+            .filter(matters)
+            .collect();
         self.renew(edit, dirty);
         cut
     }

@@ -126,6 +126,15 @@ impl Surface {
         .map(|slot| self.triangles[slot as usize])
     }
 
+    /// Whether a pentahedron has neither triangles nor vertices.
+    pub(crate) fn is_bare(&self, pentahedron: u32) -> bool {
+        let has_vertices = self
+            .pieces
+            .get(&pentahedron)
+            .is_some_and(|piece| !piece.chunks.is_empty());
+        self.first[pentahedron as usize] == NONE && !has_vertices
+    }
+
     /// Rises with every change of the triangles.
     pub fn version(&self) -> u64 {
         self.version
