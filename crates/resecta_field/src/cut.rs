@@ -11,6 +11,11 @@ use crate::{FieldError, Tool, volume};
 /// with it leaves a dent of up to a few tenths of a millimetre beside the tool's wall: 0.5 mm at a share of 2 %.
 pub const SLIVER_SHARE: f64 = 0.005;
 
+/// How far behind its start a step still reaches into what its stroke has removed, as a share of the band: a little more
+/// than an edge of the sub-lattice. Further behind, values are read by no edge that a wall crosses, and a stroke that
+/// turns has long gone another way.
+const REACH: f64 = 0.6;
+
 /// What one cut removed, in rest volume, so that squeezed tissue weighs no less.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cut {
@@ -34,7 +39,7 @@ impl Field {
     ///
     /// A tool with a number out of range, positions that are not one finite place a node; the field is then unchanged.
     pub fn cut(&mut self, tool: &Tool, positions: &[Vec3]) -> Result<Cut, FieldError> {
-        let prepared = tool.prepare()?;
+        let prepared = tool.prepare(REACH * f64::from(self.band))?;
         self.mesh.check(positions)?;
         let Some(tool) = prepared else {
             return Ok(Cut::default());

@@ -9,8 +9,8 @@
 //!
 //! Where one step of a stroke ends and the next begins, the solid's end faces are no boundary of what the stroke sweeps.
 //! The values beside them would say so all the same, and move the wall next to them inwards by up to a spacing: a ridge a
-//! step. So a step under way also gives points behind its start that are gone already the distance that they have to
-//! the stroke as a whole, as if the step had begun where the stroke did.
+//! step. So a step under way also gives points shortly behind its start that are gone already the distance that they
+//! have to the stroke as a whole, as if the step had begun where the stroke did.
 
 use glam::{DVec2, DVec3};
 use resecta_solver::{LoopPose, LoopSweep};
@@ -24,11 +24,13 @@ pub struct Swept {
     to: LoopPose,
     /// Half the width, and the depth.
     size: DVec2,
+    /// How far the stroke had come, and how far behind the step it is looked back at.
     run: f64,
+    reach: f64,
 }
 
 impl Swept {
-    pub fn new(sweep: &LoopSweep, run: f64) -> Self {
+    pub fn new(sweep: &LoopSweep, run: f64, reach: f64) -> Self {
         let unit = |pose: LoopPose| {
             let travel = pose.travel.normalize();
             LoopPose {
@@ -42,6 +44,7 @@ impl Swept {
             to: unit(sweep.to),
             size: DVec2::new(0.5 * sweep.width_mm, sweep.depth_mm),
             run,
+            reach,
         }
     }
 
@@ -52,6 +55,7 @@ impl Swept {
             to: pose(to),
             size: DVec2::splat(radius),
             run: 0.0,
+            reach: 0.0,
         }
     }
 
@@ -73,7 +77,7 @@ impl Swept {
         };
         let profile = self.profile(point, instant);
         let outside = profile.max(height);
-        let gone = if behind && self.run > height {
+        let gone = if behind && height < self.run.min(self.reach) {
             profile.max(height - self.run).max(-after.abs())
         } else {
             outside
@@ -241,7 +245,7 @@ mod tests {
     #[test]
     fn the_sign_is_that_of_the_swept_solid() {
         let sweep = turning();
-        let swept = Swept::new(&sweep, 0.0);
+        let swept = Swept::new(&sweep, 0.0, 0.0);
         for point in grid() {
             let [distance, _] = swept.distances(point);
             if distance.abs() > 2e-3 {
@@ -252,7 +256,7 @@ mod tests {
 
     #[test]
     fn the_distance_is_continuous() {
-        let swept = Swept::new(&turning(), 0.0);
+        let swept = Swept::new(&turning(), 0.0, 0.0);
         for point in grid() {
             for step in DVec3::AXES {
                 let change = swept.distances(point + 1e-5 * step)[0] - swept.distances(point)[0];

@@ -53,8 +53,8 @@ pub enum Prepared {
 }
 
 impl Tool {
-    /// Checks the numbers and makes ready; none for a tool that has no volume: a loop or half disc that does not move.
-    pub(crate) fn prepare(&self) -> Result<Option<Prepared>, FieldError> {
+    /// Checks the numbers and makes ready; `reach_mm` is how far inside what is gone values matter. None for a tool that has no volume: a loop or half disc that does not move.
+    pub(crate) fn prepare(&self, reach_mm: f64) -> Result<Option<Prepared>, FieldError> {
         Ok(match self {
             Tool::Sphere { centre, radius_mm } => {
                 finite("sphere", "centre", *centre)?;
@@ -92,7 +92,7 @@ impl Tool {
                 if !run_mm.is_finite() || *run_mm < 0.0 {
                     return Err(refused(NAME, "run", *run_mm, "a finite length of 0 or more"));
                 }
-                (sweep.from != sweep.to).then(|| Prepared::Swept(Swept::new(sweep, *run_mm)))
+                (sweep.from != sweep.to).then(|| Prepared::Swept(Swept::new(sweep, *run_mm, reach_mm)))
             }
         })
     }

@@ -243,10 +243,39 @@ impl Vertices {
                 continue;
             }
             let c = coefficients(&mesh.pentahedra[owner as usize], positions);
+            // By component, as in `places`, so that eight normals are worked on at a time.
+            let [a, b, t] = &chunk.place;
+            let axis = |[p, q, r]: [usize; 3], x: &Lanes, y: &Lanes| -> [Lanes; 3] {
+                std::array::from_fn(|n| std::array::from_fn(|l| c[p][n] + c[q][n] * x[l] + c[r][n] * y[l]))
+            };
+            let zero = [0.0; LANES];
+            let along = [
+                axis([1, 4, 4], t, &zero),
+                axis([2, 5, 5], t, &zero),
+                axis([3, 4, 5], a, b),
+            ];
+            let mut normal = [zero; 3];
+            // As `carry`.
+            for (product, [x, y]) in chunk.normal.iter().zip([[2, 1], [0, 2], [1, 0]]) {
+                let (x, y) = (&along[x], &along[y]);
+                for (n, sum) in normal.iter_mut().enumerate() {
+                    let (i, j) = ((n + 1) % 3, (n + 2) % 3);
+                    for l in 0..LANES {
+                        sum[l] += product[l] * (x[i][l] * y[j][l] - x[j][l] * y[i][l]);
+                    }
+                }
+            }
+            let [x, y, z] = &normal;
+            let scale: Lanes = std::array::from_fn(|l| {
+                let square = x[l] * x[l] + y[l] * y[l] + z[l] * z[l];
+                if square > f32::MIN_POSITIVE {
+                    1.0 / square.sqrt()
+                } else {
+                    0.0
+                }
+            });
             for (l, out) in out.iter_mut().enumerate() {
-                let [a, b, t] = chunk.place.map(|lanes| lanes[l]);
-                let axes = [c[1] + c[4] * t, c[2] + c[5] * t, c[3] + c[4] * a + c[5] * b];
-                *out = carry(chunk.normal.map(|lanes| lanes[l]), axes);
+                *out = Vec3::new(x[l], y[l], z[l]) * scale[l];
             }
         }
     }
