@@ -1,7 +1,7 @@
 //! Chips: what has been cut away since a chip was begun, as a body of its own.
 //!
-//! Its value is `min(before, -after)`: positive where tissue was and is no more. The same extraction gives its surface, and
-//! the same tetrahedra its volume and moments, as what was kept before less what is kept after.
+//! Its value is `min(before, -after)`: positive where tissue was and is no more. The same extraction gives its surface,
+//! and the same tetrahedra its volume and moments, as what was kept before less what is kept after.
 
 use std::collections::BTreeMap;
 
@@ -46,8 +46,8 @@ pub struct Chip {
     pub kinds: Vec<SurfaceKind>,
     /// Closed and outward.
     pub triangles: Vec<[u32; 3]>,
-    /// Volume at rest, mm³: what the cuts since [`Field::begin_chip`] reported as removed. Slivers count; the surface does
-    /// not enclose them.
+    /// Volume at rest, mm³: what the cuts since [`Field::begin_chip`] reported as removed. Slivers count; the surface
+    /// does not enclose them.
     pub rest_volume_mm3: f64,
     /// Centre of mass, mm.
     pub centre: DVec3,

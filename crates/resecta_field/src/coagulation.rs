@@ -7,11 +7,11 @@ use crate::field::Field;
 use crate::tool::{Bounds, finite, positive};
 
 impl Field {
-    /// Coagulates tissue within `depth_mm` of a ball, the nodes being at `positions`, mm. Returns the pentahedra that it
-    /// changed, rising.
+    /// Coagulates tissue within `depth_mm` of a ball, the nodes being at `positions`, mm. Returns the pentahedra that
+    /// it changed, rising.
     ///
-    /// A point holds how far it is from the edge of what was coagulated, at most; [`crate::Surface::coagulation_mm`] reads
-    /// it back, also on surfaces that are cut later. Nothing is removed.
+    /// A point holds how far it is from the edge of what was coagulated, at most; [`crate::Surface::coagulation_mm`]
+    /// reads it back, also on surfaces that are cut later. Nothing is removed.
     ///
     /// # Errors
     ///

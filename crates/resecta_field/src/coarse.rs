@@ -1,7 +1,7 @@
 //! Exposed faces that nothing has touched: as they are, except beside finer ones.
 //!
-//! A touched pentahedron's exposed faces have the sub-lattice's points on their edges. A coarse face that shares such an
-//! edge takes these points too and is fanned from its middle, so that no crack opens between the two.
+//! A touched pentahedron's exposed faces have the sub-lattice's points on their edges. A coarse face that shares such
+//! an edge takes these points too and is fanned from its middle, so that no crack opens between the two.
 
 use crate::mesh::Mesh;
 use crate::points::Points;
@@ -53,7 +53,8 @@ impl Surface {
         self.pieces.insert(pentahedron, piece);
     }
 
-    /// The slots around a face: its nodes, and the points on those edges that a touched pentahedron's exposed face shares.
+    /// The slots around a face: its nodes, and the points on those edges that a touched pentahedron's exposed face
+    /// shares.
     fn outline(&self, mesh: &Mesh, sub: &Sublattice, points: &Points, face: usize, nodes: &[u32]) -> Vec<u32> {
         let mut outline = Vec::new();
         for (side, (from, to)) in sides(nodes).enumerate() {

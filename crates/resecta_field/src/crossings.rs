@@ -13,8 +13,8 @@ use crate::surface::{NONE, Piece, Surface, SurfaceKind};
 /// Edges of a triangle.
 const SIDES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 
-/// The fine triangles of a cell on the boundary, as local points, outward. Quadrilaterals are cut as the tetrahedra are:
-/// through the smallest number.
+/// The fine triangles of a cell on the boundary, as local points, outward. Quadrilaterals are cut as the tetrahedra
+/// are: through the smallest number.
 pub fn fine_triangles(sub: &Sublattice, cell: &BoundaryCell, points: &[u32]) -> ([[u32; 3]; 2], usize) {
     let prism = &sub.prisms[cell.prism];
     let corners = face_corners(cell.face);

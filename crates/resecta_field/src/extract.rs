@@ -1,14 +1,14 @@
 //! The surface of what is kept inside touched pentahedra: a dual method ("surface nets") on the sub-prisms.
 //!
-//! Around every sub-lattice edge between a kept point `k` and a removed one `m` stands the polygon of the vertices of the
-//! sub-prisms around it, counter-clockwise about the direction from `k` to `m`. Its sides join prisms that share a face; a
-//! face has as many such edges in one sense as in the other, so every side has its opposite.
+//! Around every sub-lattice edge between a kept point `k` and a removed one `m` stands the polygon of the vertices of
+//! the sub-prisms around it, counter-clockwise about the direction from `k` to `m`. Its sides join prisms that share a
+//! face; a face has as many such edges in one sense as in the other, so every side has its opposite.
 //!
-//! An edge on the exposed surface has a fan of prisms between two exposed fine triangles. Its polygon begins and ends in
-//! the rim vertices of these two, and the triangle of `k` and both rims closes it on the exposed surface. Where the
+//! An edge on the exposed surface has a fan of prisms between two exposed fine triangles. Its polygon begins and ends
+//! in the rim vertices of these two, and the triangle of `k` and both rims closes it on the exposed surface. Where the
 //! pentahedra at an edge form several fans, each is closed by itself: the two triangles belong together through the
-//! tissue between them, never across a gap. What else is kept of an exposed fine triangle is the triangle itself, or, of
-//! one with two kept corners, those two and its rim.
+//! tissue between them, never across a gap. What else is kept of an exposed fine triangle is the triangle itself, or,
+//! of one with two kept corners, those two and its rim.
 
 use resecta_anatomy::wedge;
 
@@ -83,8 +83,8 @@ struct Extraction<'a, V> {
 }
 
 impl Surface {
-    /// Makes anew the pieces of touched pentahedra (rising): all of which a point's value or coagulation changed, and all
-    /// that were touched since.
+    /// Makes anew the pieces of touched pentahedra (rising): all of which a point's value or coagulation changed, and
+    /// all that were touched since.
     pub(crate) fn update(
         &mut self,
         mesh: &Mesh,

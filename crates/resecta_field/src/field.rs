@@ -34,10 +34,11 @@ impl Field {
     /// An uncut tissue.
     ///
     /// `rest` are the nodes' places at rest, mm; pentahedra are in the order of [`resecta_anatomy::wedge`]. Every
-    /// pentahedron's triangle is cut into `r²` parts and its axis into `s`, the same numbers for the whole mesh, so that no
-    /// part of the longest triangle edge and of the longest axial edge is longer than `spacing_mm` at rest; shorter edges
-    /// have shorter parts. `kind` tells what an exposed face is, by pentahedron and face: 0 and 1 are the triangles of
-    /// [`resecta_anatomy::wedge::TRIANGLES`], 2, 3 and 4 the quadrilaterals of [`resecta_anatomy::wedge::QUADS`].
+    /// pentahedron's triangle is cut into `r²` parts and its axis into `s`, the same numbers for the whole mesh, so
+    /// that no part of the longest triangle edge and of the longest axial edge is longer than `spacing_mm` at rest;
+    /// shorter edges have shorter parts. `kind` tells what an exposed face is, by pentahedron and face: 0 and 1 are the
+    /// triangles of [`resecta_anatomy::wedge::TRIANGLES`], 2, 3 and 4 the quadrilaterals of
+    /// [`resecta_anatomy::wedge::QUADS`].
     ///
     /// # Errors
     ///
@@ -116,8 +117,8 @@ impl Field {
         self.removed_mm3
     }
 
-    /// Bytes that cuts and coagulation have made the field hold: values, numbers of points, finer pieces of the surface.
-    /// 0 until the first.
+    /// Bytes that cuts and coagulation have made the field hold: values, numbers of points, finer pieces of the
+    /// surface. 0 until the first.
     pub fn bytes(&self) -> usize {
         self.points.bytes() + self.surface.bytes() + self.before.as_ref().map_or(0, Before::bytes)
     }

@@ -1,10 +1,10 @@
 //! Cuts finer than the elements: a signed distance inside the pentahedra, and the surface that it bounds.
 //!
-//! The lattice of 2 to 3 mm elements stays the mechanics. A [`Field`] holds, on a sub-lattice inside those pentahedra that
-//! a cut has touched, how far each point lies from what was cut; it moves with the tissue. From it follow what every
-//! pentahedron still holds ([`Field::fill`]), a closed surface at the spacing of the sub-lattice ([`Surface`]), the chips
-//! that come off ([`Field::take_chip`]) and the pieces that then hang by nothing ([`Field::loose_pieces`]). Nothing here
-//! knows of Bevy, and what nothing cut costs nothing.
+//! The lattice of 2 to 3 mm elements stays the mechanics. A [`Field`] holds, on a sub-lattice inside those pentahedra
+//! that a cut has touched, how far each point lies from what was cut; it moves with the tissue. From it follow what
+//! every pentahedron still holds ([`Field::fill`]), a closed surface at the spacing of the sub-lattice ([`Surface`]),
+//! the chips that come off ([`Field::take_chip`]) and the pieces that then hang by nothing ([`Field::loose_pieces`]).
+//! Nothing here knows of Bevy, and what nothing cut costs nothing.
 //!
 //! | to find | look in |
 //! |---|---|

@@ -1,5 +1,5 @@
-//! Tables that are only looked up in, never walked: small whole numbers by a multiplication instead of the standard hash,
-//! which guards against chosen keys and takes most of the time of a look-up here.
+//! Tables that are only looked up in, never walked: small whole numbers by a multiplication instead of the standard
+//! hash, which guards against chosen keys and takes most of the time of a look-up here.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};

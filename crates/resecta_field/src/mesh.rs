@@ -177,8 +177,8 @@ impl Mesh {
     }
 
     /// Divisions of the triangles' edges and of the axis for a spacing: the longest edge of each sort, divided until no
-    /// part is longer than the spacing. Where an edge is both of a triangle and of an axis, the two numbers are the same,
-    /// the larger one, so that neighbours conform there too.
+    /// part is longer than the spacing. Where an edge is both of a triangle and of an axis, the two numbers are the
+    /// same, the larger one, so that neighbours conform there too.
     pub fn divisions(&self, spacing_mm: f64) -> Result<(usize, usize), FieldError> {
         if !spacing_mm.is_finite() || spacing_mm <= 0.0 {
             return Err(FieldError::Spacing(spacing_mm));

@@ -1,8 +1,8 @@
 //! The points of the sub-lattices, numbered over the whole mesh, and the values on them.
 //!
-//! A point belongs to the node, edge, face or interior that it lies in, so all pentahedra around name the same point and
-//! neighbours always agree. Numbers are given when a pentahedron is first touched: the values of all points stand in one
-//! array, without holes, and what nothing touched has none.
+//! A point belongs to the node, edge, face or interior that it lies in, so all pentahedra around name the same point
+//! and neighbours always agree. Numbers are given when a pentahedron is first touched: the values of all points stand
+//! in one array, without holes, and what nothing touched has none.
 
 use resecta_anatomy::wedge;
 
@@ -81,7 +81,8 @@ impl Points {
         });
     }
 
-    /// Point inside the edge between two nodes, by its steps from `from`, of `divisions`; none if nothing touched the edge.
+    /// Point inside the edge between two nodes, by its steps from `from`, of `divisions`; none if nothing touched the
+    /// edge.
     pub fn inside_edge(&self, from: u32, to: u32, step: usize, divisions: usize) -> Option<u32> {
         let first = self.edges.get(&edge(from, to))?;
         let steps = if from < to { step } else { divisions - step };

@@ -1,16 +1,17 @@
 //! The signed distance to what a half ellipse sweeps over, and strokes of a loop divided into steps.
 //!
 //! A point is swept when the loop's plane passes it while it is inside the wire. With the pose between two others as in
-//! [`LoopSweep`], the plane's normal not normalised, the plane passes a point at the root of a quadratic: the instant is
-//! exact. In the plane of that instant the distance to the ellipse is taken to first order (`q (q - 1) / |∇q²/2|`, whose
-//! zero set is the ellipse); the distances to the planes at both ends bound it along the way. All is continuous, and the
-//! zero set is the boundary of the swept solid. Outside of an edge between two faces the larger of their distances is
-//! taken, not the distance to the edge: between points, values that are linear on either side keep the edge sharper.
+//! [`LoopSweep`], the plane's normal not normalised, the plane passes a point at the root of a quadratic: the instant
+//! is exact. In the plane of that instant the distance to the ellipse is taken to first order (`q (q - 1) / |∇q²/2|`,
+//! whose zero set is the ellipse); the distances to the planes at both ends bound it along the way. All is continuous,
+//! and the zero set is the boundary of the swept solid. Outside of an edge between two faces the larger of their
+//! distances is taken, not the distance to the edge: between points, values that are linear on either side keep the
+//! edge sharper.
 //!
-//! Where one step of a stroke ends and the next begins, the solid's end faces are no boundary of what the stroke sweeps.
-//! The values beside them would say so all the same, and move the wall next to them inwards by up to a spacing: a ridge a
-//! step. So a step under way also gives points shortly behind its start that are gone already the distance that they
-//! have to the stroke as a whole, as if the step had begun where the stroke did.
+//! Where one step of a stroke ends and the next begins, the solid's end faces are no boundary of what the stroke
+//! sweeps. The values beside them would say so all the same, and move the wall next to them inwards by up to a spacing:
+//! a ridge a step. So a step under way also gives points shortly behind its start that are gone already the distance
+//! that they have to the stroke as a whole, as if the step had begun where the stroke did.
 
 use glam::{DVec2, DVec3};
 use resecta_solver::{LoopPose, LoopSweep};
@@ -189,8 +190,8 @@ impl LoopStroke {
         }
     }
 
-    /// What the loop sweeps over on its way to the next pose. A pose that is not finite is not gone to: cutting with what
-    /// comes back is refused, and the stroke goes on from where it was.
+    /// What the loop sweeps over on its way to the next pose. A pose that is not finite is not gone to: cutting with
+    /// what comes back is refused, and the stroke goes on from where it was.
     pub fn step_to(&mut self, pose: LoopPose) -> Tool {
         let [width_mm, depth_mm] = self.size_mm;
         let sweep = LoopSweep {

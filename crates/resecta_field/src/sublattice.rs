@@ -1,9 +1,9 @@
 //! The lattice inside a pentahedron: points, sub-prisms and which sub-prism lies across which face.
 //!
-//! The triangle is cut into `r²` similar triangles, the axis into `s` layers. The tables are the same for all pentahedra,
-//! so there is one set of them. A sub-prism's corners stand in the order and sense of [`wedge`], so the tables of faces
-//! and edges there hold for sub-prisms too, and a sub-prism's face on the boundary of its pentahedron has the number of
-//! the pentahedron's face that it lies on.
+//! The triangle is cut into `r²` similar triangles, the axis into `s` layers. The tables are the same for all
+//! pentahedra, so there is one set of them. A sub-prism's corners stand in the order and sense of [`wedge`], so the
+//! tables of faces and edges there hold for sub-prisms too, and a sub-prism's face on the boundary of its pentahedron
+//! has the number of the pentahedron's face that it lies on.
 
 use std::collections::HashMap;
 
@@ -32,7 +32,8 @@ pub struct BoundaryCell {
     /// Where on the face. Quadrilateral: steps from the face's corner 0 towards corner 3 and towards corner 1.
     /// Triangle: sums over the cell's corners of the steps towards the face's corners 0 and 1.
     at: [usize; 2],
-    /// Number of the cell's first triangle among the fine triangles of the pentahedron's boundary; a quadrilateral has two.
+    /// Number of the cell's first triangle among the fine triangles of the pentahedron's boundary; a quadrilateral has
+    /// two.
     pub triangle: usize,
 }
 

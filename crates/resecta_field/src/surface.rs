@@ -1,7 +1,7 @@
 //! The surface between what is kept and what is not: triangles in slots, and which pentahedron they belong to.
 //!
-//! Where a cut has reached, the surface is that of `extract.rs`; elsewhere the exposed faces as they are (`coarse.rs`). All
-//! triangles together are closed and oriented outwards: every directed edge has its opposite.
+//! Where a cut has reached, the surface is that of `extract.rs`; elsewhere the exposed faces as they are (`coarse.rs`).
+//! All triangles together are closed and oriented outwards: every directed edge has its opposite.
 
 use glam::Vec3;
 use resecta_anatomy::wedge;
@@ -155,8 +155,8 @@ impl Surface {
         self.vertices.len()
     }
 
-    /// The pentahedron that carries a vertex and its weights for the six corners (each 0 or more, sum 1); none for a free
-    /// slot and for nodes inside the tissue.
+    /// The pentahedron that carries a vertex and its weights for the six corners (each 0 or more, sum 1); none for a
+    /// free slot and for nodes inside the tissue.
     pub fn carrier(&self, vertex: u32) -> Option<(u32, [f32; 6])> {
         let (pentahedron, [a, b, t]) = self.vertices.home(vertex)?;
         Some((pentahedron, shape::weights(a, b, t)))

@@ -53,7 +53,8 @@ pub enum Prepared {
 }
 
 impl Tool {
-    /// Checks the numbers and makes ready; `reach_mm` is how far inside what is gone values matter. None for a tool that has no volume: a loop or half disc that does not move.
+    /// Checks the numbers and makes ready; `reach_mm` is how far inside what is gone values matter. None for a tool
+    /// that has no volume: a loop or half disc that does not move.
     pub(crate) fn prepare(&self, reach_mm: f64) -> Result<Option<Prepared>, FieldError> {
         Ok(match self {
             Tool::Sphere { centre, radius_mm } => {

@@ -1,12 +1,13 @@
 //! The surface's vertices, carried by the pentahedra.
 //!
-//! A vertex is a pentahedron and local coordinates in it; slot `n` below the number of nodes is node `n` itself. The other
-//! slots come in chunks of eight that belong to one pentahedron: its corners are then loaded once for eight vertices, and
-//! coordinates, stored by component, are worked on eight at a time. (Six weights a vertex would be twice the memory, and
-//! 18 scattered loads each.) A slot keeps its vertex for as long as that is needed, so what was not cut stays where it is
-//! in a mesh's buffers.
+//! A vertex is a pentahedron and local coordinates in it; slot `n` below the number of nodes is node `n` itself. The
+//! other slots come in chunks of eight that belong to one pentahedron: its corners are then loaded once for eight
+//! vertices, and coordinates, stored by component, are worked on eight at a time. (Six weights a vertex would be twice
+//! the memory, and 18 scattered loads each.) A slot keeps its vertex for as long as that is needed, so what was not cut
+//! stays where it is in a mesh's buffers.
 //!
-//! A normal is stored as its products with the three local axes: the cofactors of the axes bring it to any deformed state.
+//! A normal is stored as its products with the three local axes: the cofactors of the axes bring it to any deformed
+//! state.
 
 use glam::Vec3;
 

@@ -1,8 +1,8 @@
 //! How much of a pentahedron is kept.
 //!
-//! Every sub-prism is three tetrahedra, cut along the diagonals through the smallest number on each quadrilateral, so all
-//! prisms around a face cut it alike. The value is linear in a tetrahedron, and the share of it that is positive exact.
-//! Shares are taken of the volumes at rest, scaled so that a pentahedron's tetrahedra sum to [`wedge::volume`].
+//! Every sub-prism is three tetrahedra, cut along the diagonals through the smallest number on each quadrilateral, so
+//! all prisms around a face cut it alike. The value is linear in a tetrahedron, and the share of it that is positive
+//! exact. Shares are taken of the volumes at rest, scaled so that a pentahedron's tetrahedra sum to [`wedge::volume`].
 //!
 //! [`wedge::volume`]: resecta_anatomy::wedge::volume
 
