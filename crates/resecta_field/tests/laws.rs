@@ -199,6 +199,51 @@ fn pentahedra_that_share_only_an_edge_or_a_node_stay_closed() {
 }
 
 #[test]
+fn a_face_that_is_crossed_by_one_axis_and_along_the_other_stays_closed() {
+    // The second wedge's axis lies across the first's on the face that they share.
+    let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+    let rest = [
+        [at(0.0, 0.0, 0.0), at(2.0, 2.0, 0.0), at(2.0, 0.0, 0.0)],
+        [at(0.0, 0.0, 2.0), at(2.0, 2.0, 2.0), at(2.0, 0.0, 2.0)],
+        [at(4.0, 0.0, 0.0), at(4.0, 2.0, 0.0), DVec3::ZERO],
+    ];
+    let rest = &rest.as_flattened()[..8];
+    let positions = current(rest, |place| place);
+    let second: [u32; 6] = [2, 6, 5, 1, 7, 4];
+    for turn in 0..3 {
+        for order in [[0, 1, 2, 3, 4, 5], [3, 5, 4, 0, 2, 1]] {
+            let second = order.map(|corner: usize| second[corner / 3 * 3 + (corner + turn) % 3]);
+            let pentahedra = [[0, 1, 2, 3, 4, 5], second];
+            let mut field = Field::new(rest, &pentahedra, 0.4, |_, _| SurfaceKind::Other).expect("two wedges");
+            let [r, s] = field.divisions();
+            assert_eq!(r, s);
+            let mut random = Random(7);
+            for n in 0..30 {
+                let centre = at(
+                    random.between(1.0, 3.0),
+                    random.between(0.0, 2.0),
+                    random.between(0.0, 2.0),
+                );
+                let radius_mm = random.between(0.1, 0.5);
+                field
+                    .cut(&Tool::Sphere { centre, radius_mm }, &positions)
+                    .expect("a good tool");
+                assert_sound(&field, &format!("turn {turn}, ball {n}"));
+            }
+            // What the surface encloses shows that neighbours join where they should.
+            let mut places = Vec::new();
+            field.move_vertices(&positions, &mut places).expect("as many as nodes");
+            let volume = enclosed(field.surface().triangles(), &places);
+            assert!(
+                (volume / field.volume_mm3() - 1.0).abs() < 0.05,
+                "{volume} against {}",
+                field.volume_mm3()
+            );
+        }
+    }
+}
+
+#[test]
 fn what_nothing_cut_holds_nothing() {
     let mut field = block_field([6, 6, 6], 2.0, 0.5);
     let (rest, pentahedra) = block([6, 6, 6], 2.0);
