@@ -205,7 +205,6 @@ impl Springs {
     }
 
     /// Adds the forces of a run to those at its low and at its high sites.
-
     #[inline(always)]
     pub fn add_run_forces<const TURN: usize, const BACK: usize, S: Simd>(
         &self,
