@@ -436,7 +436,8 @@ impl Job<'_> {
 
 impl Tissue {
     /// Lets up to so many threads step the tissue, and says how many will: small tissues are faster with one, and those whose
-    /// pentahedra hold their volume take one. The result has the same bits with any number.
+    /// pentahedra hold their volume take one. The result has the same bits with any number. It pays for large lattices of six
+    /// neighbours that no contact touches; with diagonals, and where contacts are held, it may cost (`docs/benchmarks.md`).
     pub fn set_threads(&mut self, threads: usize) -> usize {
         if threads != self.threads() && self.volumes.is_none() {
             self.team = Team::new(threads, &self.springs);

@@ -9,7 +9,7 @@ mod collider;
 mod contacts;
 mod sweep;
 
-use bevy::{prelude::*, tasks::ComputeTaskPool};
+use bevy::prelude::*;
 use resecta_solver::{Contact, NodeKind};
 
 pub(crate) use self::collider::Collider;
@@ -104,9 +104,6 @@ pub(crate) fn collide(
     diagnostics.collide += spent;
 }
 
-/// Most threads of Bevy's compute pool that step a tissue: by more a gland gains little.
-const MOST_THREADS: usize = 4;
-
 /// Moves every tissue by one step, pass by pass.
 pub(crate) fn integrate(
     mut tissues: Query<(Entity, &mut Tissue, &TissueSettings, &mut Collider)>,
@@ -129,10 +126,6 @@ pub(crate) fn integrate(
             let collides = settings.collision && tools.iter().any(ToolMotion::pushes_anything);
             let passes = if collides { collider.passes(&tools) } else { 1 };
             let pass_s = time.delta_secs() / passes as f32;
-            // Results have the same bits with any number.
-            tissue
-                .solver
-                .set_threads(ComputeTaskPool::try_get().map_or(1, |pool| pool.thread_num().min(MOST_THREADS)));
             let watched = settings.watch_error_every > 0 && steps.is_multiple_of(settings.watch_error_every);
             if watched {
                 // An aim that is none is left out: the solver keeps the one it has.
