@@ -16,6 +16,9 @@ const SPAN_S: f64 = 0.025;
 /// Squares of frequencies stepped in the first span, over the usual one. In the lattices of glands hardly any is as high.
 const AT_FIRST: f64 = 16.0;
 
+/// Spans that the first watch lasts where springs may be softened: what that misses grows as long as the tissue creeps.
+const FIRST_SPANS: u64 = 4;
+
 /// Spans from one watch to the next while the effort is not the full one.
 const SPANS_TO_WATCH: u64 = 16;
 
@@ -63,7 +66,7 @@ impl Tissue {
             let slowed = self.effort().fastest < fastest_of_all;
             let beside = if span == 0 || missed || slowed && span.is_multiple_of(SPANS_TO_WATCH) {
                 Beside::Finer
-            } else if span == next_try && self.effort() != Effort::LEAST {
+            } else if span >= next_try && self.effort() != Effort::LEAST {
                 Beside::Coarser
             } else {
                 Beside::Nothing
@@ -73,7 +76,11 @@ impl Tissue {
                 Beside::Finer => self.begin_watch(),
                 Beside::Coarser => self.carry(Effort::LEAST),
             }
-            let steps = self.advance_steps(span_s, 1)?;
+            let length = match start {
+                Some(_) if span == 0 => FIRST_SPANS.min(spans as u64),
+                _ => 1,
+            };
+            let steps = self.advance_steps(span_s * length as f64, 1)?;
             if beside == Beside::Finer {
                 let error = self.end_watch().unwrap_or(f64::NAN);
                 // Where the aim was missed, the tissue has gone on from the finer solution: watched again till it is met.
@@ -91,7 +98,7 @@ impl Tissue {
                 report.error_mm = report.error_mm.max(self.lessen_effort());
             }
             report.steps.join(steps);
-            span += 1;
+            span += length;
         }
         Ok(report)
     }

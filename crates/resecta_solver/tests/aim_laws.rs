@@ -116,6 +116,28 @@ fn a_fine_aim_leaves_no_shell_soft() {
 }
 
 #[test]
+fn what_softened_springs_miss_while_a_tissue_creeps_is_seen() {
+    const TIME_S: f64 = 0.1;
+    let mut network = pulled(1e4);
+    network.damping.iter_mut().for_each(|damping| *damping *= 100.0);
+    let mut full = tissue(&network);
+    let moved = moved_in(&mut full, TIME_S);
+    for share in [0.1, 0.01] {
+        let mut tissue = tissue(&network);
+        tissue.set_error_aim_mm((share * moved) as f32).expect("a plain aim");
+        let report = tissue.advance_to_aim(TIME_S).expect("a plain advance");
+        let error = rms(&places(&tissue), &places(&full));
+        println!(
+            "moved {moved:.2e}, aim {:.2e}, error {error:.2e}, told {:.2e}, softened {}",
+            share * moved,
+            report.error_mm,
+            tissue.softened_springs()
+        );
+        assert!(error < share * moved, "{error} for an aim of {share} of {moved}");
+    }
+}
+
+#[test]
 fn full_effort_gives_springs_back_their_stiffness_to_the_bit() {
     let network = pulled(1e4);
     let (mut changed, mut fresh) = (tissue(&network), tissue(&network));

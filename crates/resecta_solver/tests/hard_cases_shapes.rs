@@ -4,9 +4,9 @@
 mod common;
 
 use common::networks::{at_rest, chain, rounding_nj, tissue, uniform};
-use common::{block_mesh, tube};
+use common::{block_mesh, drive_tool_through, tube};
 use glam::{DVec3, Vec3};
-use resecta_solver::{Contact, Material, MeshError, NetworkError, ShearResistance, Tissue, TissueMesh};
+use resecta_solver::{Material, MeshError, NetworkError, ShearResistance, Tissue, TissueMesh};
 
 const SHEARS: [ShearResistance; 3] = [
     ShearResistance::None,
@@ -244,31 +244,10 @@ fn a_tool_driven_through_at_a_metre_a_second_leaves_tissue_that_comes_back() {
         let case = format!("{shear:?}, steps of {step_s} s");
         let mut tissue = tube(12.0, shear);
         let rest = tissue.volume_mm3();
-        // The flat front of a tool 10 mm wide: what it meets must not stay behind it.
-        let met: Vec<[u32; 3]> = (tissue.surface().triangles().map(|(_, triangle)| triangle))
-            .filter(|triangle| {
-                let middle = triangle.iter().map(|&node| tissue.position(node)).sum::<Vec3>() / 3.0;
-                middle.y.abs() < 5.0 && (middle.z - 15.0).abs() < 5.0
-            })
-            .collect();
-        let mut front = -25.0f32;
-        while front < 25.0 {
-            let next = front + 1_000.0 * step_s as f32;
-            let contacts: Vec<Contact> = met
-                .iter()
-                .map(|&nodes| Contact {
-                    nodes,
-                    weights: [1.0 / 3.0; 3],
-                    normal: Vec3::X,
-                    offset_start: front,
-                    offset_end: next,
-                })
-                .collect();
-            let report = tissue.advance(step_s, &contacts).expect("divided if need be");
+        drive_tool_through(&mut tissue, step_s, |tissue, report| {
             assert_eq!((report.put_aside, report.contacts_refused), (vec![], 0), "{case}");
             assert_eq!(tissue.validate(), Ok(()), "{case}");
-            front = next;
-        }
+        });
         let mut last = tissue.energy().total();
         let pressed = last;
         for _ in 0..180 {

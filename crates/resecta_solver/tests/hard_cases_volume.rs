@@ -6,9 +6,9 @@ mod common;
 
 use common::blocks::block;
 use common::networks::rounding_nj;
-use common::tube_lattice;
-use glam::{DVec2, Vec3};
-use resecta_anatomy::{Lattice, LatticeOptions, Section};
+use common::{drive_tool_through, tube_lattice, tube_lattice_around};
+use glam::Vec3;
+use resecta_anatomy::Lattice;
 use resecta_solver::{Contact, Material, NodeKind, ShearResistance, Tissue, TissueMesh};
 
 const SHEARS: [ShearResistance; 3] = [
@@ -88,31 +88,10 @@ fn any_start_neither_blows_up_nor_gains_energy_and_nothing_stays_inside_out() {
     }
 }
 
-/// A narrow lumen, 2.5 mm wide all around, rays 12 degrees apart.
-fn narrow() -> Lattice {
-    let circle = |radius: f64| -> Vec<DVec2> {
-        (0..180)
-            .map(|n| DVec2::from_angle(f64::from(n) * std::f64::consts::TAU / 180.0) * radius)
-            .collect()
-    };
-    let (outer, inner) = (circle(20.0), circle(2.5));
-    let sections: Vec<Section> = (0..7)
-        .map(|n| Section {
-            z: 5.0 * f64::from(n),
-            outer: &outer,
-            inner: &inner,
-        })
-        .collect();
-    let options = LatticeOptions {
-        alpha_deg: 12.0,
-        ..LatticeOptions::default()
-    };
-    Lattice::from_sections(&sections, &options).expect("a tube is a lattice")
-}
-
 #[test]
 fn a_sheath_that_widens_a_narrow_lumen_turns_nothing_inside_out() {
-    let lattice = narrow();
+    // A narrow lumen.
+    let lattice = tube_lattice_around(2.5, 12.0);
     for shear in SHEARS {
         for ratio in [None, Some(0.3), Some(0.45), Some(0.49)] {
             let mut tissue = of_lattice(&lattice, shear, ratio);
@@ -216,30 +195,11 @@ fn a_tool_driven_through_leaves_tissue_that_comes_back() {
         let step_s = 1.0 / 60.0;
         let mut tissue = of_lattice(&tube_lattice(12.0), shear, ratio);
         let rest = tissue.volume_mm3();
-        let met: Vec<[u32; 3]> = (tissue.surface().triangles().map(|(_, triangle)| triangle))
-            .filter(|triangle| {
-                let middle = triangle.iter().map(|&node| tissue.position(node)).sum::<Vec3>() / 3.0;
-                middle.y.abs() < 5.0 && (middle.z - 15.0).abs() < 5.0
-            })
-            .collect();
-        let (mut front, mut worst) = (-25.0f32, 0);
-        while front < 25.0 {
-            let next = front + 1_000.0 * step_s as f32;
-            let contacts: Vec<Contact> = met
-                .iter()
-                .map(|&nodes| Contact {
-                    nodes,
-                    weights: [1.0 / 3.0; 3],
-                    normal: Vec3::X,
-                    offset_start: front,
-                    offset_end: next,
-                })
-                .collect();
-            let report = tissue.advance(step_s, &contacts).expect("divided if need be");
+        let mut worst = 0;
+        drive_tool_through(&mut tissue, step_s, |tissue, report| {
             assert_eq!((report.put_aside, report.contacts_refused), (vec![], 0), "{case}");
             worst = worst.max(tissue.inverted_pentahedra().len());
-            front = next;
-        }
+        });
         let pressed = tissue.energy().total();
         for _ in 0..180 {
             let report = tissue.advance(step_s, &[]).expect("divided if need be");

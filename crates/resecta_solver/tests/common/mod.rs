@@ -4,9 +4,9 @@
 pub mod blocks;
 pub mod networks;
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 use resecta_anatomy::{Lattice, LatticeOptions, Section};
-use resecta_solver::{Material, ShearResistance, Tissue, TissueMesh};
+use resecta_solver::{Contact, Material, ShearResistance, StepReport, Tissue, TissueMesh};
 
 /// A tube of 40 mm outer and 8 mm inner diameter, 30 mm long.
 pub fn tube(alpha_deg: f64, shear: ShearResistance) -> Tissue {
@@ -19,12 +19,17 @@ pub fn tube(alpha_deg: f64, shear: ShearResistance) -> Tissue {
 }
 
 pub fn tube_lattice(alpha_deg: f64) -> Lattice {
+    tube_lattice_around(4.0, alpha_deg)
+}
+
+/// The same around a lumen of that radius, mm.
+pub fn tube_lattice_around(lumen_mm: f64, alpha_deg: f64) -> Lattice {
     let circle = |radius: f64| -> Vec<DVec2> {
         (0..180)
             .map(|n| DVec2::from_angle(f64::from(n) * std::f64::consts::TAU / 180.0) * radius)
             .collect()
     };
-    let (outer, inner) = (circle(20.0), circle(4.0));
+    let (outer, inner) = (circle(20.0), circle(lumen_mm));
     let sections: Vec<Section> = (0..7)
         .map(|n| Section {
             z: 5.0 * f64::from(n),
@@ -61,4 +66,32 @@ pub fn block_mesh(n: [u32; 3], edge: f64) -> TissueMesh {
         }
     }
     TissueMesh::from_pentahedra(positions, pentahedra)
+}
+
+/// Drives the flat front of a tool 10 mm wide through a tube along x at 1 m/s, from 25 mm before its axis to 25 mm behind, and
+/// shows what came of every step: what the front meets must not stay behind it.
+pub fn drive_tool_through(tissue: &mut Tissue, step_s: f64, mut after: impl FnMut(&Tissue, StepReport)) {
+    let met: Vec<[u32; 3]> = (tissue.surface().triangles().map(|(_, triangle)| triangle))
+        .filter(|triangle| {
+            let middle = triangle.iter().map(|&node| tissue.position(node)).sum::<Vec3>() / 3.0;
+            middle.y.abs() < 5.0 && (middle.z - 15.0).abs() < 5.0
+        })
+        .collect();
+    let mut front = -25.0f32;
+    while front < 25.0 {
+        let next = front + 1_000.0 * step_s as f32;
+        let contacts: Vec<Contact> = met
+            .iter()
+            .map(|&nodes| Contact {
+                nodes,
+                weights: [1.0 / 3.0; 3],
+                normal: Vec3::X,
+                offset_start: front,
+                offset_end: next,
+            })
+            .collect();
+        let report = tissue.advance(step_s, &contacts).expect("divided if need be");
+        after(tissue, report);
+        front = next;
+    }
 }
