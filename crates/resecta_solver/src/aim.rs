@@ -27,8 +27,17 @@ const SPANS_TO_WATCH: u64 = 16;
 pub struct AimReport {
     /// All steps together; `substep_s` and `bound_s` are those of the last.
     pub steps: StepReport,
-    /// The largest error seen in a span of the tissue's own motion, root mean square over the living nodes, mm.
+    /// The largest error seen in a span of the tissue's own motion, root mean square over the living nodes, mm; NaN where a
+    /// watch could not be made.
     pub error_mm: f64,
+}
+
+impl AimReport {
+    fn saw(&mut self, error_mm: f64) {
+        if error_mm.is_nan() || error_mm > self.error_mm {
+            self.error_mm = error_mm;
+        }
+    }
 }
 
 /// What is carried beside the tissue for a span.
@@ -92,10 +101,10 @@ impl Tissue {
                     report.steps.substeps_repeated += steps.substeps + steps.substeps_beside;
                     continue;
                 }
-                report.error_mm = report.error_mm.max(error);
+                report.saw(error);
             } else if beside == Beside::Coarser {
                 next_try = 2 * span + 1;
-                report.error_mm = report.error_mm.max(self.lessen_effort());
+                report.saw(self.lessen_effort());
             }
             report.steps.join(steps);
             span += length;

@@ -3,16 +3,17 @@
 //! A shell 10,000 times as stiff as the tissue it lies in asks for a hundred times the substeps, and hardly moves. Ten or a
 //! hundred times as stiff it hardly moves either. So where the effort of a tissue (`watch.rs`) allows no node a frequency as
 //! high as its springs give it, those springs are stepped with less: the stiffest around the node are cut down to a common
-//! height, till the node is held as stiffly as its frequency may be, but no less stiffly than the effort says, ten times what is
-//! usual in the tissue or more. What is then still missing to the frequency its inertia makes up for (`bound.rs`): raised inertia
-//! is wrong only while things move, softened springs are wrong for good, but masses that make up for a ratio of 10,000 would
-//! hardly ever get there.
+//! height, till the node is held as stiffly as its frequency may be, but no less stiffly than the effort says, ten times what
+//! is usual in the tissue or more. What is then still missing to the frequency its inertia makes up for (`bound.rs`): raised
+//! inertia is wrong only while things move, softened springs are wrong for good, but masses that make up for a ratio of
+//! 10,000 would hardly ever get there.
 //!
 //! The error is that of the softened springs, seen by a watch like any other. Springs of a tissue with pre-tension are not
 //! softened: they would lose the tension that holds the shape; nor those of one whose pentahedra hold their volume, whose
 //! nodes are held by more than springs.
 
 use crate::held::Held;
+use crate::sites::Lanes;
 use crate::tissue::Tissue;
 
 impl Tissue {
@@ -26,6 +27,11 @@ impl Tissue {
         };
         let stiffest = self.effort().stiffest as f32;
         let (held, floor): (&Held, f32) = (&self.scratch.held, stiffest * usual.stiffness);
+        // After every cut: where nothing is that stiff, no more is done.
+        let is_stiff = |site: &Lanes| site.0.iter().any(|&held| held > floor);
+        if !held.stiffness.values.iter().any(is_stiff) {
+            return false;
+        }
         let nodes = self.nodes.mass.iter().zip(self.nodes.inverse_inertia.iter());
         // Of what its springs give a node, the share that stays; 1 for what does not move.
         let shares: Vec<f32> = nodes

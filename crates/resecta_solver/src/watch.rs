@@ -4,11 +4,11 @@
 //! (`soften.rs`), and how many substeps it makes for one that stability asks for. It has an *aim* for its error.
 //!
 //! A *watch* carries a second solution beside a tissue's: from the same start, under the same loads, contacts, cuts and
-//! edits, but with an effort that allows twice the frequencies and four times the stiffness, or else half as long substeps. The two drift apart by the
-//! error of the tissue's own solution, less that of the finer one: for a method of order 2 a quarter of the part that the
-//! substeps make. A watch costs about twice as much as the steps it watches, three times with them; a scene that watches a
-//! step now and then pays little. What ends within a substep neither solution sees: in tissue so viscous that a velocity is
-//! lost at once, the way it would still have gone is missing from both.
+//! edits, but with an effort that allows twice the frequencies and four times the stiffness, or else half as long substeps.
+//! The two drift apart by the error of the tissue's own solution, less that of the finer one: for a method of order 2 a
+//! quarter of the part that the substeps make. A watch costs about twice as much as the steps it watches, three times with
+//! them; a scene that watches a step now and then pays little. What ends within a substep neither solution sees: in tissue so
+//! viscous that a velocity is lost at once, the way it would still have gone is missing from both.
 //!
 //! When a watch ends with an error above the aim, the tissue goes on from where the finer solution is, and puts more effort
 //! in: it allows higher frequencies till nothing is held down, then makes shorter substeps. When the error stays far below
