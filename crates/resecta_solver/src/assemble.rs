@@ -118,6 +118,7 @@ impl Tissue {
                 nodes: mesh.pentahedra.clone(),
                 zone: mesh.zones.clone(),
                 rest_volume,
+                fill: vec![1.0; mesh.pentahedra.len()],
                 capsule_area,
                 alive: vec![true; mesh.pentahedra.len()],
                 share_start,

@@ -15,6 +15,9 @@ use crate::vectors::Vectors;
 pub enum CollapseLaw {
     /// 2003 paper, II.C: a removed spring leaves the force that would have compressed it fully, `mu * l0`, on the node that
     /// stays. Our reading of the direction: towards the removed node, so that tissue moves into the cavity.
+    ///
+    /// A cut finer than the pentahedra weakens springs by degrees. Each then pulls the end that holds more of its tissue
+    /// towards the other, with the stiffness lost in place of `mu`, times the share by which that one holds less.
     CompressionForce {
         /// Share of that force that acts, 0 to 1. At 1 every cut edge is pulled by the whole modulus, which is no slight
         /// collapse; the papers name no share.
@@ -24,7 +27,8 @@ pub enum CollapseLaw {
     /// node i lost. Read literally, (4) multiplies by the coordinates of the cutting zone's centre, which would depend on
     /// the origin; our reading: c_i is the unit direction from the node to that centre.
     HydraulicPressure {
-        /// k_i, the hydraulic resistance: force for each whole pentahedron lost, µN; 0 or more.
+        /// k_i, the hydraulic resistance: force for each whole pentahedron lost, µN; 0 or more. Of one that is thinned the
+        /// share that went counts.
         resistance_un: f32,
     },
 }

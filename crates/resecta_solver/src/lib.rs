@@ -1,7 +1,7 @@
 //! Motion and resection of soft tissue: nodes joined by springs, filled with pentahedra.
 //!
 //! A [`TissueMesh`] says what is joined to what, a [`Material`] what it is made of, and [`Tissue`] holds the state that
-//! moves ([`Tissue::advance`]) and is cut ([`Tissue::resect`]). Nothing here knows of Bevy.
+//! moves ([`Tissue::advance`]) and is cut ([`Tissue::resect`], [`Tissue::thin`]). Nothing here knows of Bevy.
 //!
 //! | to find | look in |
 //! |---|---|
@@ -13,7 +13,7 @@
 //! | how large its error is | `watch.rs` |
 //! | how another machine makes the substeps | `machine.rs` |
 //! | what sleeps | `sleep.rs` |
-//! | what leaves when tissue is cut, and how the rest answers | `resect.rs`, `pieces.rs`, `collapse.rs` |
+//! | what leaves when tissue is cut, and how the rest answers | `resect.rs`, `cavity.rs`, `pieces.rs`, `collapse.rs` |
 //! | what the loop sweeps over | `sweep.rs` |
 //! | the exposed surface | `surface.rs` |
 //! | what must always hold | `validate.rs` |
@@ -23,6 +23,7 @@
 mod aim;
 mod assemble;
 mod bound;
+mod cavity;
 mod collapse;
 mod contact;
 mod energy;

@@ -252,6 +252,7 @@ impl Tissue {
                 nodes: Vec::new(),
                 zone: Vec::new(),
                 rest_volume: Vec::new(),
+                fill: Vec::new(),
                 capsule_area: Vec::new(),
                 alive: Vec::new(),
                 share_start: vec![0],

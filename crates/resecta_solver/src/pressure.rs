@@ -47,10 +47,12 @@ impl Tissue {
         self.volume_stiffness_pa(pentahedron) * pressure_over_stiffness(ratio)
     }
 
-    /// Bulk stiffness of a pentahedron, Pa; 0 where there is none.
+    /// Bulk stiffness of a pentahedron by what it holds, Pa; 0 where there is none.
     pub(crate) fn volume_stiffness_pa(&self, pentahedron: u32) -> f64 {
         let volumes = self.volumes.as_ref();
-        volumes.map_or(0.0, |volumes| volumes.stiffness_pa(pentahedron))
+        volumes.map_or(0.0, |volumes| {
+            volumes.stiffness_pa(pentahedron) * self.fill(pentahedron)
+        })
     }
 
     /// Forces of the pentahedra with the nodes at some places, added to a force a node, µN: in double precision, by the

@@ -1,8 +1,8 @@
-//! Resection: which pentahedra a cut takes, what leaves with them, and what stays behind.
+//! Resection: which pentahedra a cut takes or thins, what leaves with them, and what stays behind.
 
-use glam::{DVec3, Vec3};
 use resecta_anatomy::Zone;
 
+use crate::cavity::Taken;
 use crate::collapse::CollapseLaw;
 use crate::surface::SurfaceChange;
 use crate::sweep::LoopSweep;
@@ -13,6 +13,8 @@ use crate::tissue::Tissue;
 pub struct Resection {
     /// Pentahedra removed, rising.
     pub pentahedra: Vec<u32>,
+    /// Pentahedra that stay with less in them, rising.
+    pub thinned: Vec<u32>,
     /// Springs removed, rising.
     pub springs: Vec<u32>,
     /// Springs that stay with less stiffness, rising.
@@ -89,33 +91,62 @@ impl Tissue {
     /// Indices that name no living pentahedron are passed over. Nodes that stay lose the mass, springs that stay the
     /// stiffness that the pentahedra lent them.
     pub fn resect(&mut self, pentahedra: &[u32], law: Option<CollapseLaw>) -> Resection {
-        let mut removed: Vec<u32> = pentahedra
-            .iter()
-            .copied()
-            .filter(|&pentahedron| self.is_pentahedron_alive(pentahedron))
-            .collect();
-        removed.sort_unstable();
-        removed.dedup();
-        if removed.is_empty() {
+        let losses = self.losses(pentahedra.iter().map(|&pentahedron| (pentahedron, 0.0)));
+        self.take(&losses, law.map(|law| (law, Taken::Whole)))
+    }
+
+    /// Leaves of each of some pentahedra a share of its rest volume, 0 to 1: a cut finer than they are. The mass of its
+    /// nodes and the stiffness of its springs follow; one of which nothing is left goes, as by [`Tissue::resect`]. The law
+    /// acts in proportion to what was taken.
+    ///
+    /// Shares that are no less than what a pentahedron holds are passed over, as are indices that name no living one.
+    pub fn thin(&mut self, left: &[(u32, f64)], law: Option<CollapseLaw>) -> Resection {
+        let losses = self.losses(left.iter().copied());
+        self.take(&losses, law.map(|law| (law, Taken::Part)))
+    }
+
+    /// What pentahedra lose if such shares of them are left; rising.
+    fn losses(&self, left: impl Iterator<Item = (u32, f64)>) -> Vec<Loss> {
+        let loss = |(pentahedron, left): (u32, f64)| {
+            let before = self.fill(pentahedron);
+            (left < before).then(|| Loss {
+                pentahedron,
+                share: before - left.max(0.0),
+                left: left.max(0.0),
+            })
+        };
+        let mut losses: Vec<Loss> = left.filter_map(loss).collect();
+        losses.sort_unstable_by(|one, other| {
+            let by_index = one.pentahedron.cmp(&other.pentahedron);
+            by_index.then(one.left.total_cmp(&other.left))
+        });
+        losses.dedup_by_key(|loss| loss.pentahedron);
+        losses
+    }
+
+    fn take(&mut self, losses: &[Loss], law: Option<(CollapseLaw, Taken)>) -> Resection {
+        if losses.is_empty() {
             return Resection::default();
         }
         // Before anything changes.
-        let volumes: Vec<f64> = removed.iter().map(|&pentahedron| self.volume_of(pentahedron)).collect();
-        let mut resection = self.account(&removed, &volumes);
-        let cavity = self.cavity(&removed, &volumes);
+        let cavity = self.cavity(losses);
+        let mut resection = self.account(losses);
 
-        for &pentahedron in &removed {
-            self.pentahedra.alive[pentahedron as usize] = false;
+        for loss in losses {
+            self.pentahedra.fill[loss.pentahedron as usize] = loss.left;
             if let Some(volumes) = &mut self.volumes {
-                volumes.remove(pentahedron);
+                volumes.weaken(loss.pentahedron, loss.left / (loss.left + loss.share));
             }
+        }
+        for &pentahedron in &resection.pentahedra {
+            self.pentahedra.alive[pentahedron as usize] = false;
             for node in self.pentahedra.nodes[pentahedron as usize] {
                 let left = &mut self.nodes.pentahedra_left[node as usize];
                 *left -= 1;
                 self.nodes.alive[node as usize] = *left > 0;
             }
         }
-        for &pentahedron in &removed {
+        for &pentahedron in &resection.pentahedra {
             self.surface.remove(
                 pentahedron,
                 &self.pentahedra.nodes,
@@ -123,109 +154,86 @@ impl Tissue {
                 &mut resection.surface,
             );
         }
-        let (gone, weakened) = self.weaken_springs(&removed);
+        let weakened = self.weaken_springs(losses);
         self.lighten_nodes(&cavity);
-        resection.law_refused = law.is_some_and(|law| !law.is_usable());
-        match law.filter(CollapseLaw::is_usable) {
-            Some(CollapseLaw::CompressionForce { share }) => self.compression_force(&gone, share),
-            Some(CollapseLaw::HydraulicPressure { resistance_un }) => self.hydraulic_pressure(&cavity, resistance_un),
-            None => {}
+        resection.law_refused = law.is_some_and(|(law, _)| !law.is_usable());
+        if let Some((law, taken)) = law.filter(|(law, _)| law.is_usable()) {
+            self.collapse_into(&cavity, &weakened, law, taken);
         }
-        resection.nodes = self.remove_bare_nodes(&cavity, &gone);
-        resection.springs = gone.iter().map(|(spring, _)| *spring).collect();
-        resection.weakened = weakened;
-        resection.pentahedra = removed;
+        resection.nodes = self.remove_bare_nodes(&cavity, &weakened);
+        for spring in &weakened {
+            if self.springs.alive[spring.spring as usize] {
+                resection.weakened.push(spring.spring);
+            } else {
+                resection.springs.push(spring.spring);
+            }
+        }
 
         self.living.pentahedra -= resection.pentahedra.len();
         self.living.springs -= resection.springs.len();
         self.living.nodes -= resection.nodes.len();
         self.removed_volume_mm3 += resection.rest_volume_mm3;
         self.forget_what_was_cut();
-        cavity.lost.iter().for_each(|loss| self.wake(loss.node));
-        self.watch_does(|finer| finer.resect(pentahedra, law));
+        cavity.nodes().for_each(|node| self.wake(node));
+        self.watch_does(|finer| finer.take(losses, law));
         resection
     }
 
-    /// Volumes and areas of what is about to go.
-    fn account(&self, removed: &[u32], volumes: &[f64]) -> Resection {
-        let mut resection = Resection {
-            current_volume_mm3: volumes.iter().sum(),
-            ..Resection::default()
-        };
-        for &pentahedron in removed {
-            let volume = self.rest_volume_mm3(pentahedron);
+    /// Volumes and areas of what is about to go. The capsule goes with the last of a pentahedron.
+    fn account(&self, losses: &[Loss]) -> Resection {
+        let mut resection = Resection::default();
+        for loss in losses {
+            let pentahedron = loss.pentahedron;
+            let volume = self.rest_volume_mm3(pentahedron) * loss.share;
             resection.rest_volume_mm3 += volume;
+            resection.current_volume_mm3 += self.volume_of(pentahedron) * loss.share;
             resection.by_zone_mm3[self.pentahedron_zone(pentahedron).index()] += volume;
-            resection.capsule_area_mm2 += f64::from(self.capsule_area_mm2(pentahedron));
-        }
-        resection
-    }
-
-    fn cavity(&mut self, removed: &[u32], volumes: &[f64]) -> Cavity {
-        let mut lost: Vec<NodeLoss> = Vec::new();
-        let mut centre = DVec3::ZERO;
-        self.scratch.marked_nodes.clear();
-        for (&pentahedron, &volume) in removed.iter().zip(volumes) {
-            centre += self.centroid(pentahedron).as_dvec3() * volume;
-            let rest_volume = self.rest_volume_mm3(pentahedron);
-            for node in self.pentahedron_nodes(pentahedron) {
-                let new = || NodeLoss {
-                    node,
-                    ratios: 0.0,
-                    rest_volume_mm3: 0.0,
-                };
-                let loss = self.scratch.marked_nodes.entry(node, &mut lost, new);
-                loss.ratios += (volume / rest_volume) as f32;
-                loss.rest_volume_mm3 += rest_volume;
+            if loss.left > 0.0 {
+                resection.thinned.push(pentahedron);
+            } else {
+                resection.pentahedra.push(pentahedron);
+                resection.capsule_area_mm2 += f64::from(self.capsule_area_mm2(pentahedron));
             }
         }
-        lost.sort_unstable_by_key(|loss| loss.node);
-        Cavity {
-            centre: (centre / volumes.iter().sum::<f64>()).as_vec3(),
-            lost,
-        }
+        resection
     }
 
-    fn volume_around(&self, node: u32) -> f64 {
-        self.pentahedra_around(node)
-            .map(|pentahedron| self.rest_volume_mm3(pentahedron))
-            .sum()
-    }
-
-    /// Takes from every spring what removed pentahedra lent it. Returns the springs that went, rising, with the stiffness
-    /// (µN/mm) they had before, and those that stay, rising.
-    fn weaken_springs(&mut self, removed: &[u32]) -> (Vec<(u32, f32)>, Vec<u32>) {
+    /// Takes from every spring what pentahedra no longer lend it. Returns the springs that lost something, rising.
+    fn weaken_springs(&mut self, taken: &[Loss]) -> Vec<WeakenedSpring> {
         let mut losses: Vec<SpringLoss> = Vec::new();
         self.scratch.marked_springs.clear();
-        for &pentahedron in removed {
-            let corners = self.pentahedra.nodes[pentahedron as usize];
-            for &(spring, lent) in &self.pentahedra.shares[self.pentahedra.share_range(pentahedron)] {
+        for taken in taken {
+            let corners = self.pentahedra.nodes[taken.pentahedron as usize];
+            for &(spring, lent) in &self.pentahedra.shares[self.pentahedra.share_range(taken.pentahedron)] {
                 if !self.springs.alive[spring as usize] {
                     continue;
                 }
                 let new = || SpringLoss {
                     spring,
                     lent: 0.0,
+                    gone: 0,
                     behind: 0,
                 };
                 let loss = self.scratch.marked_springs.entry(spring, &mut losses, new);
-                loss.lent += lent;
+                loss.lent += lent * taken.share as f32;
                 let ends = &self.springs.nodes[spring as usize];
-                loss.behind += u16::from(ends.iter().all(|end| corners.contains(end)));
+                let goes = taken.left == 0.0;
+                loss.gone += u16::from(goes);
+                loss.behind += u16::from(goes && ends.iter().all(|end| corners.contains(end)));
             }
         }
         losses.sort_unstable_by_key(|loss| loss.spring);
-        let (mut gone, mut stay) = (Vec::new(), Vec::new());
+        let mut weakened = Vec::with_capacity(losses.len());
         for loss in losses {
             let before = self.springs.stiffness(loss.spring);
             self.weaken(&loss);
-            if self.springs.alive[loss.spring as usize] {
-                stay.push(loss.spring);
-            } else {
-                gone.push((loss.spring, before));
-            }
+            weakened.push(WeakenedSpring {
+                spring: loss.spring,
+                before,
+                lost: before - self.springs.stiffness(loss.spring),
+            });
         }
-        (gone, stay)
+        weakened
     }
 
     /// Takes from a spring what it lost. It goes when no pentahedron has both its ends any more; one across a cell, which
@@ -234,9 +242,14 @@ impl Tissue {
         self.shift_balance(loss.spring, -1.0);
         let index = loss.spring as usize;
         let springs = &mut self.springs;
+        let is_across = springs.behind[index] == 0;
         springs.behind[index] -= loss.behind;
+        springs.alive[index] = if is_across {
+            loss.gone == 0
+        } else {
+            springs.behind[index] > 0
+        };
         let backing = springs.backing[index];
-        springs.alive[index] = springs.behind[index] > 0;
         springs.backing[index] = if springs.alive[index] {
             (backing - loss.lent).max(0.0)
         } else {
@@ -261,109 +274,33 @@ impl Tissue {
         self.nodes.balance.add(a, -tension);
         self.nodes.balance.add(b, tension);
     }
-
-    /// Takes from every node the mass, and from its bed the stiffness, of what is gone around it.
-    fn lighten_nodes(&mut self, cavity: &Cavity) {
-        for &NodeLoss {
-            node, rest_volume_mm3, ..
-        } in &cavity.lost
-        {
-            let after = self.volume_around(node);
-            let left = (after / (after + rest_volume_mm3)) as f32;
-            for quantity in [&mut self.nodes.mass, &mut self.nodes.support] {
-                quantity.set(node, quantity.at(node) * left);
-            }
-        }
-    }
-
-    /// 2003 paper, II.C: see [`CollapseLaw::CompressionForce`].
-    fn compression_force(&mut self, gone: &[(u32, f32)], share: f32) {
-        for &(spring, stiffness) in gone {
-            let SpringEnds { stays, goes } = match self.ends(spring) {
-                Some(ends) => ends,
-                None => continue,
-            };
-            let towards = (self.position(goes) - self.position(stays)).normalize_or_zero();
-            let force = stiffness * self.springs.rest_length(spring);
-            self.collapse.add(stays, towards * force * share);
-        }
-    }
-
-    /// The ends of a removed spring, where one stays and the other goes.
-    fn ends(&self, spring: u32) -> Option<SpringEnds> {
-        let [a, b] = self.springs.nodes[spring as usize];
-        match [a, b].map(|node| self.is_node_alive(node)) {
-            [true, false] => Some(SpringEnds { stays: a, goes: b }),
-            [false, true] => Some(SpringEnds { stays: b, goes: a }),
-            _ => None,
-        }
-    }
-
-    /// Second paper, equations (3) and (4): see [`CollapseLaw::HydraulicPressure`].
-    fn hydraulic_pressure(&mut self, cavity: &Cavity, resistance_un: f32) {
-        for &NodeLoss { node, ratios, .. } in &cavity.lost {
-            if self.is_node_alive(node) {
-                let towards = (cavity.centre - self.position(node)).normalize_or_zero();
-                self.collapse.add(node, towards * resistance_un * ratios);
-            }
-        }
-    }
-
-    /// Removes the nodes that no pentahedron holds any more. The resection force each had gathered goes, in equal parts,
-    /// to its former neighbours that stay.
-    fn remove_bare_nodes(&mut self, cavity: &Cavity, gone: &[(u32, f32)]) -> Vec<u32> {
-        let bare: Vec<u32> = cavity
-            .lost
-            .iter()
-            .map(|loss| loss.node)
-            .filter(|&node| !self.is_node_alive(node))
-            .collect();
-        // By the node that goes.
-        let mut heirs: Vec<SpringEnds> = gone.iter().filter_map(|&(spring, _)| self.ends(spring)).collect();
-        heirs.sort_by_key(|ends| ends.goes);
-        for &node in &bare {
-            let force = self.collapse.take(node);
-            self.nodes.inverse_inertia.set(node, 0.0);
-            self.nodes.load.set(node, Vec3::ZERO);
-            self.nodes.balance.set(node, Vec3::ZERO);
-            self.motion.velocities.set(node, Vec3::ZERO);
-            if force != Vec3::ZERO {
-                let first = heirs.partition_point(|ends| ends.goes < node);
-                let end = heirs.partition_point(|ends| ends.goes <= node);
-                for heir in &heirs[first..end] {
-                    self.collapse.add(heir.stays, force / (end - first) as f32);
-                }
-            }
-        }
-        bare
-    }
 }
 
-/// What a cut leaves: its centre, and what every node it touched lost, by rising node.
-struct Cavity {
-    centre: Vec3,
-    lost: Vec<NodeLoss>,
+/// What a pentahedron loses with a cut.
+pub(crate) struct Loss {
+    pub pentahedron: u32,
+    /// Share of its rest volume.
+    pub share: f64,
+    /// The share that is left; at 0 the pentahedron goes.
+    pub left: f64,
 }
 
-/// What a node lost with the pentahedra removed around it.
-struct NodeLoss {
-    node: u32,
-    /// Sum of V^c / V^0.
-    ratios: f32,
-    /// Sum of V^0, mm³.
-    rest_volume_mm3: f64,
+/// A spring that a cut took something from.
+pub(crate) struct WeakenedSpring {
+    pub spring: u32,
+    /// Stiffness before, µN/mm.
+    pub before: f32,
+    /// What it lost of it; all where nothing stands behind it any more.
+    pub lost: f32,
 }
 
-/// What a spring lost with the pentahedra removed behind it.
+/// What a spring lost with what was taken behind it.
 struct SpringLoss {
     spring: u32,
-    /// Volume that they lent, mm³.
+    /// Volume that was lent, mm³.
     lent: f32,
-    /// How many had both its ends.
+    /// How many of those went.
+    gone: u16,
+    /// How many of these had both its ends.
     behind: u16,
-}
-
-struct SpringEnds {
-    stays: u32,
-    goes: u32,
 }

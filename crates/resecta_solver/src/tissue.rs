@@ -81,6 +81,8 @@ pub(crate) struct Pentahedra {
     pub zone: Vec<Zone>,
     /// mm³.
     pub rest_volume: Vec<f64>,
+    /// Share of the rest volume that each holds: less than 1 where a cut finer than they are went.
+    pub fill: Vec<f64>,
     /// Area of the faces that lie on the capsule, mm².
     pub capsule_area: Vec<f32>,
     pub alive: Vec<bool>,
@@ -306,9 +308,14 @@ impl Tissue {
         self.pentahedra.zone[pentahedron as usize]
     }
 
-    /// Volume of a pentahedron at rest, mm³.
+    /// Volume of a pentahedron at rest, all of it, mm³.
     pub fn rest_volume_mm3(&self, pentahedron: u32) -> f64 {
         self.pentahedra.rest_volume[pentahedron as usize]
+    }
+
+    /// Share of its rest volume that a pentahedron holds, 0 to 1; 0 for one that is removed or does not exist.
+    pub fn fill(&self, pentahedron: u32) -> f64 {
+        self.pentahedra.fill.get(pentahedron as usize).copied().unwrap_or(0.0)
     }
 
     /// Area of a pentahedron's faces that lie on the capsule at rest, mm².
@@ -329,7 +336,7 @@ impl Tissue {
         nodes.iter().map(|&node| self.position(node)).sum::<Vec3>() / 6.0
     }
 
-    /// Volume of a pentahedron as it is now, mm³; negative when inverted.
+    /// Volume of a pentahedron as it is now, all of it, mm³; negative when inverted.
     pub fn volume_of(&self, pentahedron: u32) -> f64 {
         let position = |node: u32| self.position(node).as_dvec3();
         wedge::volume(&self.pentahedron_nodes(pentahedron), position)
@@ -360,10 +367,10 @@ impl Tissue {
             .collect()
     }
 
-    /// Volume of all living pentahedra as they are now, mm³: what the exposed surface encloses.
+    /// Volume that the living pentahedra hold as they are now, mm³: what the exposed surface encloses, if none is thinned.
     pub fn volume_mm3(&self) -> f64 {
         self.living_pentahedron_indices()
-            .map(|pentahedron| self.volume_of(pentahedron))
+            .map(|pentahedron| self.volume_of(pentahedron) * self.fill(pentahedron))
             .sum()
     }
 

@@ -227,7 +227,8 @@ impl Tissue {
                 a.dot(b.cross(c)) / 6.0
             })
             .sum();
-        let pentahedra_mm3 = self.volume_mm3();
+        let living = || self.living_pentahedron_indices();
+        let pentahedra_mm3: f64 = living().map(|pentahedron| self.volume_of(pentahedron)).sum();
         let tolerance = 1e-9 * self.rest_volume_mm3;
         if (enclosed_mm3 - pentahedra_mm3).abs() > tolerance.max(1e-6 * pentahedra_mm3.abs()) {
             return Err(Inconsistency::WrongVolume {
@@ -235,10 +236,8 @@ impl Tissue {
                 pentahedra_mm3,
             });
         }
-        let left_mm3: f64 = self
-            .living_pentahedron_indices()
-            .map(|pentahedron| self.rest_volume_mm3(pentahedron))
-            .sum();
+        let held = |pentahedron| self.rest_volume_mm3(pentahedron) * self.fill(pentahedron);
+        let left_mm3: f64 = living().map(held).sum();
         if (left_mm3 + self.removed_volume_mm3 - self.rest_volume_mm3).abs() > tolerance {
             return Err(Inconsistency::VolumeLost {
                 removed_mm3: self.removed_volume_mm3,

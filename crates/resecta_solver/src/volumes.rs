@@ -53,10 +53,10 @@ impl Volumes {
         if is_there { self.stiffness_pa } else { 0.0 }
     }
 
-    /// Takes a pentahedron's term away.
-    pub fn remove(&mut self, pentahedron: u32) {
+    /// Leaves a share of what a pentahedron's term now is; at 0 it has none any more.
+    pub fn weaken(&mut self, pentahedron: u32, left: f64) {
         let slot = self.slot[pentahedron as usize] as usize;
-        self.bundles[slot / LANES].stiffness.0[slot % LANES] = 0.0;
+        self.bundles[slot / LANES].stiffness.0[slot % LANES] *= left as f32;
     }
 
     /// Adds the force of every pentahedron of a block to its corners, µN. Runs whose corners all sleep are left out.
@@ -363,7 +363,7 @@ mod tests {
         let (mut volumes, mut pentahedra, mut rest, positions, sleep) = scene();
         let gone: Vec<usize> = (0..pentahedra.len()).filter(|n| n % 3 == 1).collect();
         for &n in gone.iter().rev() {
-            volumes.remove(n as u32);
+            volumes.weaken(n as u32, 0.0);
             assert_eq!(volumes.stiffness_pa(n as u32), 0.0);
             pentahedra.remove(n);
             rest.remove(n);
