@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3, Vec3};
 
+use crate::crossings::Sample;
 use crate::field::Field;
 use crate::lookup::Lookup;
 use crate::surface::Surface;
@@ -94,16 +95,17 @@ impl Field {
 
     /// The chip's surface.
     fn skin(&self, before: &Before, positions: &[Vec3], chip: &mut Chip) {
-        let value = |point: u32| {
+        let sample = |point: u32| {
             let after = self.points.values[point as usize];
-            before
-                .values
-                .get(&point)
-                .map_or(-after.abs(), |before| before.min(-after))
+            let former = before.values.get(&point);
+            Sample {
+                value: former.map_or(-after.abs(), |before| before.min(-after)),
+                is_changed: false,
+            }
         };
         let mut surface = Surface::empty(&self.mesh);
         let pentahedra: Vec<u32> = before.kept.keys().copied().collect();
-        surface.update(&self.mesh, &self.sub, &self.points, value, &pentahedra);
+        surface.update(&self.mesh, &self.points, sample, &pentahedra, &pentahedra);
         let mut places = Vec::new();
         surface.vertices.places(&self.mesh, positions, &mut places);
         let mut number: Lookup<u32, u32> = Lookup::default();
@@ -136,7 +138,7 @@ impl Field {
             let Some(cell) = self.points.cell(pentahedron) else {
                 continue;
             };
-            let scale = self.mesh.rest_volumes[pentahedron as usize] / cell.tetrahedra_mm3;
+            let scale = self.mesh.rest_volumes[pentahedron as usize] / cell.prisms_mm3;
             let rest = self.mesh.rest_shape(pentahedron);
             let now = self.mesh.shape(pentahedron, positions);
             let after: Vec<f32> = cell
@@ -147,13 +149,14 @@ impl Field {
             let former: Vec<f32> = (cell.points.iter().zip(&after))
                 .map(|(point, &after)| before.values.get(point).copied().unwrap_or(after))
                 .collect();
-            for prism in &self.sub.prisms {
+            let sub = self.mesh.sub(pentahedron);
+            for prism in &sub.prisms {
                 let corners = prism.map(|corner| corner as usize);
                 if corners.iter().all(|&corner| former[corner] == after[corner]) {
                     continue;
                 }
-                let at_rest = corners.map(|corner| rest.at(self.sub.places[corner]));
-                let places = corners.map(|corner| now.at(self.sub.places[corner]));
+                let at_rest = corners.map(|corner| rest.at(sub.places[corner]));
+                let places = corners.map(|corner| now.at(sub.places[corner]));
                 for tetrahedron in volume::tetrahedra(corners.map(|corner| cell.points[corner])) {
                     let mass = scale * volume::tetrahedron_volume(tetrahedron.map(|corner| at_rest[corner]));
                     let places = tetrahedron.map(|corner| places[corner]);

@@ -39,14 +39,15 @@ impl Field {
         for &pentahedron in &near {
             let shape = self.mesh.shape(pentahedron, positions);
             let reaches = |place: &[f64; 3]| shape.at(*place).distance(centre) < reach;
-            if self.sub.places.iter().any(reaches) {
+            if self.mesh.sub(pentahedron).places.iter().any(reaches) {
                 self.touch(&mut edit, pentahedron);
             }
         }
         self.points.coagulation.resize(self.points.values.len(), 0.0);
         for &pentahedron in &near {
             let shape = self.mesh.shape(pentahedron, positions);
-            for (&point, &place) in self.points.of(pentahedron).to_vec().iter().zip(&self.sub.places) {
+            let ids = self.points.of(pentahedron).to_vec();
+            for (point, &place) in ids.into_iter().zip(&self.mesh.sub(pentahedron).places) {
                 let depth = (reach - shape.at(place).distance(centre)) as f32;
                 let old = &mut self.points.coagulation[point as usize];
                 if depth > *old {
@@ -55,7 +56,7 @@ impl Field {
                 }
             }
         }
-        let changed = self.changed(&edit, &near);
+        let changed = self.marked(edit.changed(), &near);
         self.renew(edit, changed.clone());
         Ok(changed)
     }

@@ -2,16 +2,30 @@
 //!
 //! One vertex in every sub-prism with a change of sign, and one in every exposed fine triangle with one: the rim of the
 //! cut. Each is a mean of places on edges, so it lies inside. Kept points of the exposed surface are vertices too.
+//!
+//! A normal in a cut is the value's gradient, which a prism's corners give in local coordinates: all that is needed to
+//! carry it. One on the former surface is the mean of its nodes' normals, as on faces that nothing touched; on a rim it
+//! is the mean of the two.
 
 use resecta_anatomy::wedge;
 
 use crate::mesh::Mesh;
 use crate::points::Points;
-use crate::sublattice::{BoundaryCell, FACES, Sublattice, face_corners};
+use crate::shape::Shape;
+use crate::sublattice::{BoundaryCell, FACES, Place, Sublattice, face_corners};
 use crate::surface::{NONE, Piece, Surface, SurfaceKind};
+use crate::vertices::{Vertex, Vertices};
 
 /// Edges of a triangle.
 const SIDES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
+
+/// What an update is given of a point.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample {
+    pub value: f32,
+    /// Whether it was changed since the last update.
+    pub is_changed: bool,
+}
 
 /// The fine triangles of a cell on the boundary, as local points, outward. Quadrilaterals are cut as the tetrahedra
 /// are: through the smallest number.
@@ -33,38 +47,65 @@ pub fn fine_triangles(sub: &Sublattice, cell: &BoundaryCell, points: &[u32]) -> 
 /// A pentahedron's values, by local point.
 struct Local<'a> {
     sub: &'a Sublattice,
-    values: Vec<f32>,
+    samples: Vec<Sample>,
     coagulation: Vec<f32>,
 }
 
 impl Local<'_> {
+    fn is_changed(&self, points: &[u32]) -> bool {
+        points.iter().any(|&point| self.samples[point as usize].is_changed)
+    }
+
+    fn value(&self, point: u32) -> f32 {
+        self.samples[point as usize].value
+    }
+
     /// Whether the sign changes among these points.
     fn is_mixed(&self, points: &[u32]) -> bool {
-        let kept = points
-            .iter()
-            .filter(|&&point| self.values[point as usize] > 0.0)
-            .count();
-        kept > 0 && kept < points.len()
+        let first = self.value(points[0]) > 0.0;
+        points.iter().any(|&point| (self.value(point) > 0.0) != first)
+    }
+
+    fn place(&self, point: u32) -> [f32; 3] {
+        self.sub.places[point as usize].map(|component| component as f32)
+    }
+
+    fn depth(&self, point: u32) -> f32 {
+        self.coagulation.get(point as usize).copied().unwrap_or(0.0)
     }
 
     /// Mean place, and mean depth of coagulation, of the changes of sign on the edges.
-    fn crossing(&self, points: &[u32], edges: &[[usize; 2]]) -> ([f64; 3], f32) {
+    fn crossing(&self, points: &[u32], edges: &[[usize; 2]]) -> ([f32; 3], f32) {
         let (mut place, mut depth, mut count) = ([0.0; 3], 0.0, 0.0);
-        for [a, b] in edges.iter().map(|ends| ends.map(|end| points[end] as usize)) {
-            let [from, to] = [self.values[a], self.values[b]];
+        for [a, b] in edges.iter().map(|ends| ends.map(|end| points[end])) {
+            let [from, to] = [self.value(a), self.value(b)];
             if (from > 0.0) == (to > 0.0) {
                 continue;
             }
-            let share = f64::from(from) / (f64::from(from) - f64::from(to));
-            for (sum, (start, end)) in place.iter_mut().zip(self.sub.places[a].iter().zip(self.sub.places[b])) {
-                *sum += start + (end - start) * share;
+            let share = from / (from - to);
+            let (start, end) = (self.place(a), self.place(b));
+            for axis in 0..3 {
+                place[axis] += start[axis] + (end[axis] - start[axis]) * share;
             }
             if !self.coagulation.is_empty() {
-                depth += self.coagulation[a] + (self.coagulation[b] - self.coagulation[a]) * share as f32;
+                depth += self.depth(a) + (self.depth(b) - self.depth(a)) * share;
             }
             count += 1.0;
         }
-        (place.map(|sum| sum / count), depth / count as f32)
+        (place.map(|sum| sum / count), depth / count)
+    }
+
+    /// How steeply the value falls along the local coordinates.
+    fn fall(&self, prism: &[u32; 6]) -> [f32; 3] {
+        let v = prism.map(|point| self.value(point));
+        let p = [0, 1, 2, 3].map(|corner| self.place(prism[corner]));
+        let [ax, ay] = [p[1][0] - p[0][0], p[1][1] - p[0][1]];
+        let [bx, by] = [p[2][0] - p[0][0], p[2][1] - p[0][1]];
+        let rise = |corner: usize| 0.5 * (v[corner] - v[0] + v[corner + 3] - v[3]);
+        let (a, b) = (rise(1), rise(2));
+        let area = ax * by - ay * bx;
+        let along = (v[3] + v[4] + v[5] - v[0] - v[1] - v[2]) / (3.0 * (p[3][2] - p[0][2]));
+        [(b * ay - a * by) / area, (a * bx - b * ax) / area, -along]
     }
 }
 
@@ -73,30 +114,33 @@ impl Surface {
     pub(crate) fn place_vertices(
         &mut self,
         mesh: &Mesh,
-        sub: &Sublattice,
         points: &Points,
-        value: impl Fn(u32) -> f32,
+        sample: impl Fn(u32) -> Sample,
         pentahedron: u32,
     ) {
-        let mut piece = self.pieces.remove(&pentahedron).unwrap_or_default();
-        for centre in piece.centres.drain(..) {
-            self.vertices.remove(centre);
-        }
+        let Some(index) = points.index(pentahedron) else {
+            return;
+        };
+        let sub = mesh.sub(pentahedron);
+        let mut piece = std::mem::take(&mut self.pieces[index]);
         let exposed: [bool; FACES] = std::array::from_fn(|face| mesh.is_exposed(pentahedron, face));
-        if piece.duals.is_empty() {
+        let is_exposed = exposed.contains(&true);
+        let is_new = piece.duals.is_empty();
+        if is_new {
             piece.duals = vec![NONE; sub.prisms.len()].into();
-            let rims = if exposed.contains(&true) {
-                sub.boundary_triangles
-            } else {
-                0
-            };
+            let rims = if is_exposed { sub.boundary_triangles } else { 0 };
             piece.rims = vec![NONE; rims].into();
         }
         let ids = points.of(pentahedron);
         let coagulation = &points.coagulation;
         let local = Local {
             sub,
-            values: ids.iter().map(|&point| value(point)).collect(),
+            samples: (ids.iter().map(|&point| sample(point)))
+                .map(|sample| Sample {
+                    is_changed: sample.is_changed || is_new,
+                    ..sample
+                })
+                .collect(),
             coagulation: if coagulation.is_empty() {
                 Vec::new()
             } else {
@@ -104,70 +148,127 @@ impl Surface {
             },
         };
         let shape = mesh.rest_shape(pentahedron);
-        let Piece {
-            duals, rims, chunks, ..
-        } = &mut piece;
-        let mut put =
-            |vertices: &mut crate::vertices::Vertices, slot: &mut u32, crossing: Option<([f64; 3], f32)>, kind| {
-                match crossing {
-                    Some((place, depth)) => {
-                        if *slot == NONE {
-                            *slot = vertices.add(pentahedron, chunks);
-                        }
-                        vertices.set(*slot, place, &shape, kind, depth);
-                    }
-                    None if *slot != NONE => vertices.remove(std::mem::replace(slot, NONE)),
-                    None => {}
+        let mut home = Home {
+            pentahedron,
+            shape: &shape,
+            vertices: &mut self.vertices,
+            chunks: &mut piece.chunks,
+        };
+        for (prism, slot) in sub.prisms.iter().zip(piece.duals.iter_mut()) {
+            if !local.is_changed(prism) {
+                continue;
+            }
+            let vertex = local.is_mixed(prism).then(|| {
+                let (place, coagulation) = local.crossing(prism, &wedge::EDGES);
+                Vertex {
+                    place,
+                    normal: local.fall(prism),
+                    kind: SurfaceKind::Cut,
+                    coagulation,
                 }
-            };
-        for (prism, slot) in sub.prisms.iter().zip(duals.iter_mut()) {
-            let crossing = local.is_mixed(prism).then(|| local.crossing(prism, &wedge::EDGES));
-            put(&mut self.vertices, slot, crossing, SurfaceKind::Cut);
+            });
+            home.put(slot, vertex);
         }
+        if is_exposed {
+            self.place_exposed(mesh, &local, ids, exposed, &shape, pentahedron, &mut piece);
+        }
+        self.pieces[index] = piece;
+    }
+
+    /// The vertices on the former surface.
+    fn place_exposed(
+        &mut self,
+        mesh: &Mesh,
+        local: &Local,
+        ids: &[u32],
+        exposed: [bool; FACES],
+        shape: &Shape,
+        pentahedron: u32,
+        piece: &mut Piece,
+    ) {
+        let sub = local.sub;
+        let mut home = Home {
+            pentahedron,
+            shape,
+            vertices: &mut self.vertices,
+            chunks: &mut piece.chunks,
+        };
         for cell in sub.boundary.iter().filter(|cell| exposed[cell.face]) {
+            let prism = &sub.prisms[cell.prism];
+            if !local.is_changed(prism) {
+                continue;
+            }
             let kind = mesh.kind(pentahedron, cell.face);
             let (triangles, count) = fine_triangles(sub, cell, ids);
             for (n, triangle) in triangles[..count].iter().enumerate() {
-                let crossing = local.is_mixed(triangle).then(|| local.crossing(triangle, &SIDES));
-                put(&mut self.vertices, &mut rims[cell.triangle + n], crossing, kind);
+                let vertex = local.is_mixed(triangle).then(|| {
+                    let (place, coagulation) = local.crossing(triangle, &SIDES);
+                    let surface = home.vertices.surface_normal(mesh, pentahedron, place);
+                    let axes = shape.jacobian(place.map(f64::from)).map(|axis| axis.as_vec3());
+                    let cut = crate::vertices::carry(local.fall(prism), axes);
+                    let normal = (surface + cut).normalize_or(surface);
+                    Vertex {
+                        place,
+                        normal: axes.map(|axis| axis.dot(normal)),
+                        kind,
+                        coagulation,
+                    }
+                });
+                home.put(&mut piece.rims[cell.triangle + n], vertex);
             }
             for &corner in triangles[..count].iter().flatten() {
-                let id = ids[corner as usize];
-                if local.values[corner as usize] <= 0.0 {
-                    if let Some(slot) = self.point_slots.remove(&id)
-                        && !self.vertices.is_node(slot)
-                    {
-                        self.vertices.remove(slot);
+                let slot = &mut self.point_slots[ids[corner as usize] as usize];
+                if local.value(corner) <= 0.0 {
+                    if *slot != NONE && !home.vertices.is_node(*slot) {
+                        home.vertices.remove(*slot);
                     }
+                    *slot = NONE;
                     continue;
                 }
-                let depth = local.coagulation.get(corner as usize).copied().unwrap_or(0.0);
-                let at_node = sub.corners.iter().position(|&point| point == corner);
-                if let Some(node) = at_node.map(|node| mesh.pentahedra[pentahedron as usize][node]) {
-                    self.point_slots.insert(id, node);
-                    self.vertices.coagulation[node as usize] = depth;
-                    continue;
+                let depth = local.depth(corner);
+                if let Place::Node(node) = sub.parts[corner as usize] {
+                    *slot = mesh.pentahedra[pentahedron as usize][node];
+                    home.vertices.renew(*slot, SurfaceKind::Cut, depth);
+                } else if *slot != NONE {
+                    home.vertices.renew(*slot, kind, depth);
+                } else {
+                    let place = local.place(corner);
+                    let normal = home.vertices.surface_normal(mesh, pentahedron, place);
+                    let axes = shape.jacobian(place.map(f64::from));
+                    let normal = axes.map(|axis| axis.as_vec3().dot(normal));
+                    let vertex = Vertex {
+                        place,
+                        normal,
+                        kind,
+                        coagulation: depth,
+                    };
+                    home.put(slot, Some(vertex));
                 }
-                let mut kind = kind;
-                let slot = match self.point_slots.get(&id) {
-                    Some(&slot) => {
-                        kind = kind.min(self.vertices.kinds[slot as usize]);
-                        self.vertices.coagulation[slot as usize] = depth;
-                        self.vertices.kinds[slot as usize] = kind;
-                        continue;
-                    }
-                    None => NONE,
-                };
-                let mut slot = slot;
-                put(
-                    &mut self.vertices,
-                    &mut slot,
-                    Some((sub.places[corner as usize], depth)),
-                    kind,
-                );
-                self.point_slots.insert(id, slot);
             }
         }
-        self.pieces.insert(pentahedron, piece);
+    }
+}
+
+/// Where a pentahedron's vertices go.
+struct Home<'a> {
+    pentahedron: u32,
+    shape: &'a Shape,
+    vertices: &'a mut Vertices,
+    chunks: &'a mut Vec<u32>,
+}
+
+impl Home<'_> {
+    /// Sets a vertex, in a slot of its own if it has none yet, or frees its slot.
+    fn put(&mut self, slot: &mut u32, vertex: Option<Vertex>) {
+        match vertex {
+            Some(vertex) => {
+                if *slot == NONE {
+                    *slot = self.vertices.add(self.pentahedron, self.chunks);
+                }
+                self.vertices.set(*slot, &vertex, self.shape);
+            }
+            None if *slot != NONE => self.vertices.remove(std::mem::replace(slot, NONE)),
+            None => {}
+        }
     }
 }

@@ -2,8 +2,10 @@
 
 use glam::{DVec3, Vec3};
 
+use crate::crossings::Sample;
 use crate::field::{Edit, Field};
-use crate::points::place;
+use crate::shape::Carrier;
+use crate::sublattice::{LANES, Lanes};
 use crate::tool::{Bounds, Prepared};
 use crate::{FieldError, Tool, volume};
 
@@ -48,15 +50,11 @@ impl Field {
         };
         let near = self.near(&tool.bounds(), positions);
         let mut edit = self.begin_edit();
+        let mut distances = Vec::new();
         for &pentahedron in &near {
-            if !self.is_touched(pentahedron) && self.reaches(&tool, pentahedron, positions) {
-                self.touch(&mut edit, pentahedron);
-            }
+            self.evaluate(&mut edit, &tool, pentahedron, positions, &mut distances);
         }
-        for &pentahedron in &near {
-            self.evaluate(&edit, &tool, pentahedron, positions);
-        }
-        let changed = self.changed(&edit, &near);
+        let changed = self.marked(edit.changed(), &near);
         Ok(self.finish(edit, changed))
     }
 
@@ -102,14 +100,24 @@ impl Field {
             .collect()
     }
 
-    /// Whether a point of an untouched pentahedron is nearer to the tool than the band.
-    fn reaches(&self, tool: &Prepared, pentahedron: u32, positions: &[Vec3]) -> bool {
-        let shape = self.mesh.shape(pentahedron, positions);
-        (self.sub.places.iter()).any(|&place| tool.distances(shape.at(place))[0] < f64::from(self.band))
-    }
-
-    fn evaluate(&mut self, edit: &Edit, tool: &Prepared, pentahedron: u32, positions: &[Vec3]) {
-        let shape = self.mesh.shape(pentahedron, positions);
+    /// Lowers the values of a pentahedron, if a point of it is nearer to the tool than the band.
+    fn evaluate(
+        &mut self,
+        edit: &mut Edit,
+        tool: &Prepared,
+        pentahedron: u32,
+        positions: &[Vec3],
+        distances: &mut Vec<[Lanes; 2]>,
+    ) {
+        let origin = tool.origin();
+        let nodes = self.mesh.pentahedra[pentahedron as usize];
+        let shape = Carrier::new(nodes.map(|node| (positions[node as usize].as_dvec3() - origin).as_vec3()));
+        distances.clear();
+        distances.extend((self.mesh.sub(pentahedron).lanes.iter()).map(|places| tool.distances(&shape.at(places))));
+        if !(distances.as_flattened().as_flattened().iter()).any(|&distance| distance < self.band) {
+            return;
+        }
+        self.touch(edit, pentahedron);
         for local in 0..self.points.of(pentahedron).len() {
             let point = self.points.of(pentahedron)[local];
             let old = self.points.values[point as usize];
@@ -117,9 +125,11 @@ impl Field {
                 continue;
             }
             self.points.marks[point as usize] = edit.seen;
-            let [distance, gone] = tool.distances(shape.at(self.sub.places[local]));
+            let [distance, gone] = distances[local / LANES].map(|lanes| lanes[local % LANES]);
             let value = if old > 0.0 { distance } else { gone };
-            self.lower(edit, point, (value as f32).max(-self.band));
+            if value < old {
+                self.lower(edit, point, value.max(-self.band));
+            }
         }
     }
 
@@ -129,12 +139,12 @@ impl Field {
         for &pentahedron in pentahedra {
             self.touch(edit, pentahedron);
             let nodes = self.mesh.pentahedra[pentahedron as usize];
-            for local in 0..self.sub.places.len() {
+            for local in 0..self.points.of(pentahedron).len() {
                 let point = self.points.of(pentahedron)[local];
                 if self.points.values[point as usize] <= 0.0 {
                     continue;
                 }
-                let corners: Vec<u32> = place(&self.sub, local)
+                let corners: Vec<u32> = self.mesh.sub(pentahedron).parts[local]
                     .corners()
                     .iter()
                     .map(|&corner| nodes[corner])
@@ -161,7 +171,7 @@ impl Field {
         for &pentahedron in &around {
             self.touch(edit, pentahedron);
         }
-        self.changed(edit, &around)
+        self.marked(edit.changed(), &around)
     }
 
     /// Measures what changed, empties slivers and renews the surface.
@@ -175,7 +185,7 @@ impl Field {
             for &pentahedron in &open {
                 let before = self.kept_mm3(pentahedron);
                 kept.push((pentahedron, before));
-                self.measure(pentahedron);
+                volume::measure(&self.mesh, &mut self.points, pentahedron, edit.changed());
                 if slivers {
                     cut.slivers_mm3 += before - self.kept_mm3(pentahedron);
                 }
@@ -202,9 +212,12 @@ impl Field {
         self.removed_mm3 += cut.removed_mm3;
         // Where all is kept, or nothing is and nothing was, the surface does not change.
         let matters = |&pentahedron: &u32| {
+            let Some(cell) = self.points.index(pentahedron) else {
+                return false;
+            };
             let is_kept = |&point: &u32| self.points.values[point as usize] > 0.0;
             let points = self.points.of(pentahedron);
-            !points.iter().all(is_kept) && (points.iter().any(is_kept) || !self.surface.is_bare(pentahedron))
+            !points.iter().all(is_kept) && (points.iter().any(is_kept) || !self.surface.is_bare(pentahedron, cell))
         };
         let dirty = kept
             .into_iter()
@@ -215,13 +228,6 @@ impl Field {
         cut
     }
 
-    fn measure(&mut self, pentahedron: u32) {
-        let Self { mesh, sub, points, .. } = self;
-        if let Some((cell, values)) = points.cell_and_values(pentahedron) {
-            volume::measure(mesh, sub, pentahedron, cell, values);
-        }
-    }
-
     /// Makes the surface anew where the edit reached.
     pub(crate) fn renew(&mut self, edit: Edit, mut dirty: Vec<u32>) {
         dirty.extend(&edit.fresh);
@@ -230,13 +236,16 @@ impl Field {
         if dirty.is_empty() {
             return;
         }
-        let values = |point: u32| self.points.values[point as usize];
-        self.surface.update(&self.mesh, &self.sub, &self.points, values, &dirty);
-        let coarse = self
-            .surface
-            .join_coarse(&self.mesh, &self.sub, &self.points, &edit.fresh);
-        dirty.extend(coarse);
-        dirty.sort_unstable();
-        self.surface.rebuild_normals(&self.mesh, &dirty);
+        let mut turned = self.marked(edit.turned(), &dirty);
+        turned.extend(&edit.fresh);
+        turned.sort_unstable();
+        turned.dedup();
+        let (points, changed) = (&self.points, edit.changed());
+        let sample = |point: u32| Sample {
+            value: points.values[point as usize],
+            is_changed: points.marks[point as usize] >= changed,
+        };
+        self.surface.update(&self.mesh, points, sample, &dirty, &turned);
+        self.surface.join_coarse(&self.mesh, points, &edit.fresh);
     }
 }

@@ -60,6 +60,10 @@ pub enum FieldError {
     /// Three or more pentahedra meet in one face, or two from the same side.
     #[error("pentahedron {0} shares a face with more than one other, or overlaps its neighbour")]
     NotManifold(usize),
+    /// A row of pentahedra, triangle to triangle, comes back to itself turned, so that two sides of a triangle cannot be
+    /// told apart.
+    #[error("pentahedron {0} stands in a row that comes back to itself turned")]
+    Wound(usize),
     /// A number of a tool is out of range.
     #[error("{field} of the {tool} is {value}, expected {expected}")]
     Tool {

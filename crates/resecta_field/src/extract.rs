@@ -12,7 +12,7 @@
 
 use resecta_anatomy::wedge;
 
-use crate::crossings::fine_triangles;
+use crate::crossings::{Sample, fine_triangles};
 use crate::mesh::Mesh;
 use crate::points::Points;
 use crate::sublattice::{Across, FACES, Sublattice};
@@ -63,6 +63,9 @@ const CORNERS: Corners = {
 #[derive(Clone, Copy)]
 struct At<'a> {
     pentahedron: u32,
+    /// Index of its cell.
+    cell: usize,
+    sub: &'a Sublattice,
     points: &'a [u32],
     piece: &'a Piece,
     prism: usize,
@@ -70,49 +73,63 @@ struct At<'a> {
 
 struct Extraction<'a, V> {
     mesh: &'a Mesh,
-    sub: &'a Sublattice,
     points: &'a Points,
     surface: &'a Surface,
-    value: V,
-    dirty: &'a [u32],
-    /// A bit for every edge of the dirty pentahedra's prisms whose polygon is done.
+    sample: V,
+    /// By cell: where the bits of its prisms begin; `NONE` of cells that are not extracted.
+    begin: Vec<u32>,
+    /// A bit for every edge of a prism whose polygon is done.
     done: Vec<u16>,
     /// Triangles and the pentahedra whose pieces they belong to.
     found: Vec<(u32, [u32; 3])>,
-    polygon: Vec<u32>,
+    ahead: Vec<u32>,
+    behind: Vec<u32>,
 }
 
 impl Surface {
-    /// Makes anew the pieces of touched pentahedra (rising): all of which a point's value or coagulation changed, and
-    /// all that were touched since.
+    /// Makes anew the pieces of touched pentahedra (rising). `moved`: all with a point whose value or coagulation
+    /// changed, and all that were touched since; `turned`, among them: those touched since, and all with a point whose
+    /// sign changed.
     pub(crate) fn update(
         &mut self,
         mesh: &Mesh,
-        sub: &Sublattice,
         points: &Points,
-        value: impl Fn(u32) -> f32 + Copy,
-        dirty: &[u32],
+        sample: impl Fn(u32) -> Sample + Copy,
+        moved: &[u32],
+        turned: &[u32],
     ) {
-        for &pentahedron in dirty {
-            self.place_vertices(mesh, sub, points, value, pentahedron);
+        self.pieces.resize_with(points.cell_count(), Piece::default);
+        self.point_slots.resize(points.values.len(), NONE);
+        for &pentahedron in moved {
+            self.place_vertices(mesh, points, sample, pentahedron);
         }
         let mut extraction = Extraction {
             mesh,
-            sub,
             points,
             surface: self,
-            value,
-            dirty,
-            done: vec![0; dirty.len() * sub.prisms.len()],
+            sample,
+            begin: vec![NONE; points.cell_count()],
+            done: Vec::new(),
             found: Vec::new(),
-            polygon: Vec::new(),
+            ahead: Vec::new(),
+            behind: Vec::new(),
         };
-        extraction.run();
+        let mut prisms = 0;
+        for &pentahedron in turned {
+            if let Some(cell) = points.index(pentahedron) {
+                extraction.begin[cell] = prisms as u32;
+                prisms += mesh.sub(pentahedron).prisms.len();
+            }
+        }
+        extraction.done = vec![0; prisms];
+        for &pentahedron in turned {
+            extraction.run(pentahedron);
+        }
         let found = extraction.found;
-        for &pentahedron in dirty {
+        for &pentahedron in turned {
             self.clear(pentahedron);
-            if let Some(piece) = self.pieces.get_mut(&pentahedron) {
-                self.vertices.release(&mut piece.chunks);
+            if let Some(cell) = points.index(pentahedron) {
+                self.vertices.release(&mut self.pieces[cell].chunks);
             }
         }
         for (pentahedron, triangle) in found {
@@ -121,159 +138,173 @@ impl Surface {
     }
 }
 
-impl<'a, V: Fn(u32) -> f32 + Copy> Extraction<'a, V> {
-    fn run(&mut self) {
-        for (place, &pentahedron) in self.dirty.iter().enumerate() {
-            let Some(piece) = self.surface.pieces.get(&pentahedron) else {
+impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
+    fn at(&self, pentahedron: u32, prism: usize) -> Option<At<'a>> {
+        let cell = self.points.index(pentahedron)?;
+        Some(At {
+            pentahedron,
+            cell,
+            sub: self.mesh.sub(pentahedron),
+            points: self.points.of(pentahedron),
+            piece: &self.surface.pieces[cell],
+            prism,
+        })
+    }
+
+    fn run(&mut self, pentahedron: u32) {
+        let Some(first) = self.at(pentahedron, 0) else {
+            return;
+        };
+        let kept: Vec<bool> = (first.points.iter())
+            .map(|&point| (self.sample)(point).value > 0.0)
+            .collect();
+        for (prism, corners) in first.sub.prisms.iter().enumerate() {
+            if first.piece.duals[prism] == NONE {
                 continue;
-            };
-            let points = self.points.of(pentahedron);
-            let kept: Vec<bool> = points.iter().map(|&point| (self.value)(point) > 0.0).collect();
-            for (prism, corners) in self.sub.prisms.iter().enumerate() {
-                let at = At {
-                    pentahedron,
-                    points,
-                    piece,
-                    prism,
-                };
-                if piece.duals[prism] == NONE {
-                    continue;
-                }
-                for (edge, [a, b]) in wedge::EDGES.into_iter().enumerate() {
-                    let [a_kept, b_kept] = [a, b].map(|corner| kept[corners[corner] as usize]);
-                    let done = self.done[place * self.sub.prisms.len() + prism] >> edge & 1 == 1;
-                    if a_kept != b_kept && !done {
-                        let [k, m] = if a_kept { [a, b] } else { [b, a] };
-                        self.around(at, [k, m].map(|corner| points[corners[corner] as usize]));
-                    }
+            }
+            let kept = corners.map(|corner| kept[corner as usize]);
+            for (edge, [a, b]) in wedge::EDGES.into_iter().enumerate() {
+                let done = self.done[self.begin[first.cell] as usize + prism] >> edge & 1 == 1;
+                if kept[a] != kept[b] && !done {
+                    let [k, m] = if kept[a] { [a, b] } else { [b, a] };
+                    let ends = [k, m].map(|corner| first.points[corners[corner] as usize]);
+                    self.around(At { prism, ..first }, ends);
                 }
             }
-            if !piece.rims.is_empty() {
-                self.exposed(pentahedron, points, piece, &kept);
-            }
+        }
+        if !first.piece.rims.is_empty() {
+            self.exposed(first, &kept);
         }
     }
 
     /// The polygon around an edge from a kept point to a removed one.
     fn around(&mut self, start: At<'a>, edge: [u32; 2]) {
         let [k, m] = edge;
+        let (mut ahead, mut behind) = (std::mem::take(&mut self.ahead), std::mem::take(&mut self.behind));
+        ahead.clear();
+        behind.clear();
         let mut owner = u32::MAX;
-        let mut polygon = std::mem::take(&mut self.polygon);
-        polygon.clear();
-        // Clockwise first, to find where an open fan begins.
-        let first = match self.walk(start, [m, k], |_, _, _| {}) {
-            End::Closed => (start, None),
-            End::Exposed(at, face) => (at, Some(self.rim(at, face, edge))),
-        };
-        polygon.extend(first.1);
-        let end = self.walk_marking(first.0, edge, &mut polygon, &mut owner);
-        if let End::Exposed(at, face) = end {
-            polygon.push(self.rim(at, face, edge));
+        let end = self.walk(start, edge, &mut ahead, &mut owner);
+        let mut rims = None;
+        if let Some((at, face)) = end {
+            let last = self.rim(&at, face, edge);
+            // The fan is open: its other half lies the other way.
+            let first = match self.walk(start, [m, k], &mut behind, &mut owner) {
+                Some((at, face)) => self.rim(&at, face, edge),
+                None => last,
+            };
+            rims = Some([first, last]);
         }
-        if self.dirty.binary_search(&owner).is_ok() {
-            for n in 1..polygon.len().saturating_sub(1) {
-                self.found.push((owner, [polygon[0], polygon[n], polygon[n + 1]]));
+        if self.begin[self.points.index(owner).unwrap_or(start.cell)] != NONE {
+            // Backwards up to the start, which both halves have.
+            let polygon = (rims.iter().map(|rims| rims[0]))
+                .chain(behind.iter().skip(1).rev().copied())
+                .chain(ahead.iter().copied())
+                .chain(rims.iter().map(|rims| rims[1]));
+            let mut polygon = polygon.peekable();
+            let first = polygon.next().unwrap_or(NONE);
+            while let (Some(a), Some(&b)) = (polygon.next(), polygon.peek()) {
+                self.found.push((owner, [first, a, b]));
             }
-            if let (Some(behind), Some(&kept), Some(&ahead)) =
-                (first.1, self.surface.point_slots.get(&k), polygon.last())
+            if let Some([first, last]) = rims
+                && let slot = self.surface.point_slots[k as usize]
+                && slot != NONE
             {
-                self.found.push((owner, [kept, behind, ahead]));
+                self.found.push((owner, [slot, first, last]));
             }
         }
-        self.polygon = polygon;
+        (self.ahead, self.behind) = (ahead, behind);
     }
 
-    fn walk_marking(&mut self, start: At<'a>, edge: [u32; 2], polygon: &mut Vec<u32>, owner: &mut u32) -> End<'a> {
-        let prisms = self.sub.prisms.len();
-        let mut done = std::mem::take(&mut self.done);
-        let end = self.walk(start, edge, |at, a, b| {
-            polygon.push(at.piece.duals[at.prism]);
-            *owner = at.pentahedron.min(*owner);
-            if let Ok(place) = self.dirty.binary_search(&at.pentahedron) {
-                done[place * prisms + at.prism] |= 1 << CORNERS.edge[a][b];
-            }
-        });
-        self.done = done;
-        end
-    }
-
-    /// Goes from prism to prism counter-clockwise about an edge, until back at the start or at an exposed face. `visit`
-    /// is given every prism and the edge's corners in it.
-    fn walk(&self, start: At<'a>, [from, to]: [u32; 2], mut visit: impl FnMut(&At<'a>, usize, usize)) -> End<'a> {
+    /// Goes from prism to prism counter-clockwise about an edge, until back at the start or at an exposed face, which
+    /// is returned. Their vertices go to `polygon`, the smallest pentahedron to `owner`.
+    fn walk(
+        &mut self,
+        start: At<'a>,
+        [from, to]: [u32; 2],
+        polygon: &mut Vec<u32>,
+        owner: &mut u32,
+    ) -> Option<(At<'a>, usize)> {
         let mut at = start;
         for _ in 0..MOST_AROUND {
+            let corners = &at.sub.prisms[at.prism];
             let corner = |point: u32| {
-                let corners = &self.sub.prisms[at.prism];
                 corners
                     .iter()
                     .position(|&corner| at.points[corner as usize] == point)
                     .unwrap_or(0)
             };
             let (a, b) = (corner(from), corner(to));
-            visit(&at, a, b);
+            polygon.push(at.piece.duals[at.prism]);
+            *owner = at.pentahedron.min(*owner);
+            if self.begin[at.cell] != NONE {
+                self.done[self.begin[at.cell] as usize + at.prism] |= 1 << CORNERS.edge[a][b];
+            }
             let face = usize::from(CORNERS.left[a][b]);
             let Some(next) = self.across(&at, face) else {
-                return End::Exposed(at, face);
+                return Some((at, face));
             };
             at = next;
             if at.prism == start.prism && at.pentahedron == start.pentahedron {
                 break;
             }
         }
-        End::Closed
+        None
     }
 
     fn across(&self, at: &At<'a>, face: usize) -> Option<At<'a>> {
-        match self.sub.across[at.prism][face] {
+        match at.sub.across[at.prism][face] {
             Across::Prism(prism) => Some(At { prism, ..*at }),
             Across::Boundary(cell) => {
                 let (pentahedron, its_face, turn) = self.mesh.across(at.pentahedron, face)?;
-                Some(At {
-                    pentahedron,
-                    points: self.points.of(pentahedron),
-                    piece: self.surface.pieces.get(&pentahedron)?,
-                    prism: self.sub.facing(&self.sub.boundary[cell], its_face, turn).prism,
-                })
+                let facing = self
+                    .mesh
+                    .sub(pentahedron)
+                    .facing(&at.sub.boundary[cell], its_face, turn);
+                self.at(pentahedron, facing.prism)
             }
         }
     }
 
     /// The rim vertex of the fine triangle of an exposed face that an edge belongs to.
-    fn rim(&self, at: At, face: usize, edge: [u32; 2]) -> u32 {
-        let Across::Boundary(cell) = self.sub.across[at.prism][face] else {
+    fn rim(&self, at: &At, face: usize, edge: [u32; 2]) -> u32 {
+        let Across::Boundary(cell) = at.sub.across[at.prism][face] else {
             return NONE;
         };
-        let cell = &self.sub.boundary[cell];
-        let (triangles, _) = fine_triangles(self.sub, cell, at.points);
+        let cell = &at.sub.boundary[cell];
+        let (triangles, _) = fine_triangles(at.sub, cell, at.points);
         let has = |point: u32| triangles[0].iter().any(|&corner| at.points[corner as usize] == point);
         let half = usize::from(!(has(edge[0]) && has(edge[1])));
         at.piece.rims[cell.triangle + half]
     }
 
     /// What is kept of the exposed fine triangles themselves, and the diagonals between them.
-    fn exposed(&mut self, pentahedron: u32, points: &[u32], piece: &Piece, kept: &[bool]) {
-        let slot = |corner: u32| self.surface.point_slots.get(&points[corner as usize]).copied();
-        for cell in &self.sub.boundary {
-            if !self.mesh.is_exposed(pentahedron, cell.face) {
+    fn exposed(&mut self, at: At<'a>, kept: &[bool]) {
+        let slot = |corner: u32| {
+            let slot = self.surface.point_slots[at.points[corner as usize] as usize];
+            (slot != NONE).then_some(slot)
+        };
+        for cell in &at.sub.boundary {
+            if !self.mesh.is_exposed(at.pentahedron, cell.face) {
                 continue;
             }
-            let (triangles, count) = fine_triangles(self.sub, cell, points);
+            let (triangles, count) = fine_triangles(at.sub, cell, at.points);
             for (n, triangle) in triangles[..count].iter().enumerate() {
                 let is_kept = triangle.map(|corner| kept[corner as usize]);
                 if is_kept == [true; 3] {
                     if let [Some(a), Some(b), Some(c)] = triangle.map(slot) {
-                        self.found.push((pentahedron, [a, b, c]));
+                        self.found.push((at.pentahedron, [a, b, c]));
                     }
                     continue;
                 }
-                let rim = piece.rims[cell.triangle + n];
+                let rim = at.piece.rims[cell.triangle + n];
                 for side in 0..3 {
                     let next = (side + 1) % 3;
                     if is_kept[side]
                         && is_kept[next]
                         && let (Some(a), Some(b)) = (slot(triangle[side]), slot(triangle[next]))
                     {
-                        self.found.push((pentahedron, [a, b, rim]));
+                        self.found.push((at.pentahedron, [a, b, rim]));
                     }
                 }
             }
@@ -284,20 +315,14 @@ impl<'a, V: Fn(u32) -> f32 + Copy> Extraction<'a, V> {
                     // The second half runs from `from` to `to`, the first back.
                     let k = if from_kept { from } else { to };
                     let [behind, ahead] = if from_kept { [0, 1] } else { [1, 0] };
-                    let [behind, ahead] = [behind, ahead].map(|half| piece.rims[cell.triangle + half]);
-                    self.found.push((pentahedron, [behind, piece.duals[cell.prism], ahead]));
+                    let [behind, ahead] = [behind, ahead].map(|half| at.piece.rims[cell.triangle + half]);
+                    let dual = at.piece.duals[cell.prism];
+                    self.found.push((at.pentahedron, [behind, dual, ahead]));
                     if let Some(k) = slot(k) {
-                        self.found.push((pentahedron, [k, behind, ahead]));
+                        self.found.push((at.pentahedron, [k, behind, ahead]));
                     }
                 }
             }
         }
     }
-}
-
-/// Where a walk around an edge ends.
-enum End<'a> {
-    Closed,
-    /// At a prism's face with nothing across.
-    Exposed(At<'a>, usize),
 }

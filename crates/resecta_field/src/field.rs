@@ -1,12 +1,12 @@
 //! The field: what is kept of every pentahedron, and the surface between kept and removed.
 
 use glam::{DVec3, Vec3};
+use resecta_anatomy::wedge;
 
 use crate::FieldError;
 use crate::chips::Before;
 use crate::mesh::Mesh;
 use crate::points::Points;
-use crate::sublattice::Sublattice;
 use crate::surface::{Surface, SurfaceKind};
 
 /// Values are kept within this many times the longest sub-lattice edge at rest. Beyond the two ends of an edge that the
@@ -19,7 +19,6 @@ const BAND: f64 = 2.0;
 #[derive(Debug, Clone)]
 pub struct Field {
     pub(crate) mesh: Mesh,
-    pub(crate) sub: Sublattice,
     pub(crate) points: Points,
     pub(crate) surface: Surface,
     /// What was there when the chip now being cut was begun.
@@ -33,32 +32,29 @@ pub struct Field {
 impl Field {
     /// An uncut tissue.
     ///
-    /// `rest` are the nodes' places at rest, mm; pentahedra are in the order of [`resecta_anatomy::wedge`]. Every
-    /// pentahedron's triangle is cut into `r²` parts and its axis into `s`, the same numbers for the whole mesh, so
-    /// that no part of the longest triangle edge and of the longest axial edge is longer than `spacing_mm` at rest;
-    /// shorter edges have shorter parts. `kind` tells what an exposed face is, by pentahedron and face: 0 and 1 are the
-    /// triangles of [`resecta_anatomy::wedge::TRIANGLES`], 2, 3 and 4 the quadrilaterals of
+    /// `rest` are the nodes' places at rest, mm; pentahedra are in the order of [`resecta_anatomy::wedge`]. Every edge is
+    /// divided so that no part of it is longer than `spacing_mm` at rest, and so are those that must have as many parts:
+    /// the opposite edges of quadrilaterals. `kind` tells what an exposed face is, by pentahedron and face: 0 and 1 are
+    /// the triangles of [`resecta_anatomy::wedge::TRIANGLES`], 2, 3 and 4 the quadrilaterals of
     /// [`resecta_anatomy::wedge::QUADS`].
     ///
     /// # Errors
     ///
     /// A mesh without pentahedra, with indices that name nothing, places that are not finite, pentahedra that are
-    /// inverted or overlap; a spacing that is no length or asks for more than 32 parts of an edge.
+    /// inverted, overlap or stand in a row that comes back to itself turned; a spacing that is no length or asks for
+    /// more than 32 parts of an edge.
     pub fn new(
         rest: &[DVec3],
         pentahedra: &[[u32; 6]],
         spacing_mm: f64,
         kind: impl Fn(u32, usize) -> SurfaceKind,
     ) -> Result<Self, FieldError> {
-        let mesh = Mesh::new(rest, pentahedra, kind)?;
-        let (r, s) = mesh.divisions(spacing_mm)?;
-        let sub = Sublattice::new(r, s);
+        let mesh = Mesh::new(rest, pentahedra, spacing_mm, kind)?;
         let surface = Surface::of_mesh(&mesh);
         Ok(Self {
             band: (BAND * spacing_mm) as f32,
             initial_mm3: mesh.rest_volumes.iter().sum(),
             mesh,
-            sub,
             points: Points::default(),
             surface,
             before: None,
@@ -67,9 +63,18 @@ impl Field {
         })
     }
 
-    /// Parts of the triangles' edges and of the axial edges.
-    pub fn divisions(&self) -> [usize; 2] {
-        [self.sub.r, self.sub.s]
+    /// Parts of a pentahedron's edges, in the order of [`resecta_anatomy::wedge::EDGES`]; none for one that does not
+    /// exist.
+    pub fn divisions(&self, pentahedron: u32) -> Option<[usize; 9]> {
+        let order = self.mesh.orders.get(pentahedron as usize)?;
+        let divisions = self.mesh.sub(pentahedron).divisions;
+        let mut given = [0; 9];
+        for (n, ends) in wedge::EDGES.iter().enumerate() {
+            let ends = ends.map(|end| usize::from(order[end]));
+            let its = (wedge::EDGES.iter()).position(|edge| ends.iter().all(|end| edge.contains(end)))?;
+            given[its] = divisions.of(n);
+        }
+        Some(given)
     }
 
     /// The surface between what is kept and what is not.
@@ -84,7 +89,7 @@ impl Field {
 
     /// Whether a cut or coagulation has reached a pentahedron; no for one that does not exist.
     pub fn is_touched(&self, pentahedron: u32) -> bool {
-        self.points.cell(pentahedron).is_some()
+        self.points.is_touched(pentahedron)
     }
 
     /// Share of a pentahedron's rest volume that is kept, 0 to 1; 0 for one that does not exist.
@@ -96,8 +101,7 @@ impl Field {
     /// Rest volume that is kept of a pentahedron, mm³; 0 for one that does not exist.
     pub fn kept_mm3(&self, pentahedron: u32) -> f64 {
         let rest = self.mesh.rest_volumes.get(pentahedron as usize).copied();
-        let cell = self.points.cell(pentahedron).map(|cell| cell.kept_mm3);
-        cell.or(rest).unwrap_or(0.0)
+        self.points.kept_mm3(pentahedron).or(rest).unwrap_or(0.0)
     }
 
     /// Rest volume that is kept, mm³.
@@ -157,24 +161,22 @@ impl Field {
 
     /// Begins an edit: points that it looks at are marked with its number.
     pub(crate) fn begin_edit(&mut self) -> Edit {
-        // Marks hold twice the number.
-        if self.edits >= u32::MAX / 2 - 1 {
+        if self.edits >= u32::MAX / Edit::MARKS - 1 {
             self.points.marks.fill(0);
             self.edits = 0;
         }
         self.edits += 1;
         Edit {
-            seen: 2 * self.edits,
+            seen: Edit::MARKS * self.edits,
             fresh: Vec::new(),
         }
     }
 
     pub(crate) fn touch(&mut self, edit: &mut Edit, pentahedron: u32) {
-        if self.points.cell(pentahedron).is_some() {
-            return;
+        if !self.points.is_touched(pentahedron) {
+            self.points.touch(&self.mesh, pentahedron, self.band);
+            edit.fresh.push(pentahedron);
         }
-        self.points.touch(&self.mesh, &self.sub, pentahedron, self.band);
-        edit.fresh.push(pentahedron);
     }
 
     /// Lowers the value of a point, if it is lower.
@@ -184,17 +186,19 @@ impl Field {
             if let Some(before) = &mut self.before {
                 before.remember_point(point, *old);
             }
+            let turns = *old > 0.0 && value <= 0.0;
             *old = value;
-            self.points.marks[point as usize] = edit.changed();
+            let mark = if turns { edit.turned() } else { edit.changed() };
+            let marked = &mut self.points.marks[point as usize];
+            *marked = mark.max(*marked);
         }
     }
 
-    /// Those of the pentahedra that have a point that the edit changed.
-    pub(crate) fn changed(&self, edit: &Edit, pentahedra: &[u32]) -> Vec<u32> {
+    /// Those of the pentahedra that have a point with at least this mark.
+    pub(crate) fn marked(&self, mark: u32, pentahedra: &[u32]) -> Vec<u32> {
         let marks = &self.points.marks;
-        let is_changed = |point: &u32| marks[*point as usize] == edit.changed();
         (pentahedra.iter().copied())
-            .filter(|&pentahedron| self.points.of(pentahedron).iter().any(is_changed))
+            .filter(|&pentahedron| (self.points.of(pentahedron).iter()).any(|&point| marks[point as usize] >= mark))
             .collect()
     }
 }
@@ -208,8 +212,16 @@ pub(crate) struct Edit {
 }
 
 impl Edit {
+    /// Marks of an edit.
+    const MARKS: u32 = 3;
+
     /// The mark of points changed.
     pub fn changed(&self) -> u32 {
         self.seen + 1
+    }
+
+    /// The mark of points whose sign changed.
+    pub fn turned(&self) -> u32 {
+        self.seen + 2
     }
 }

@@ -8,7 +8,7 @@
 //!
 //! | to find | look in |
 //! |---|---|
-//! | how a pentahedron is divided | `sublattice.rs` |
+//! | how finely edges are divided, and pentahedra with them | `divide.rs`, `triangle.rs`, `sublattice.rs` |
 //! | which points neighbours share, and the values on them | `points.rs` |
 //! | what cuts, and steps of a stroke that join without ridges | `tool.rs`, `stroke.rs` |
 //! | how a cut lowers the values | `cut.rs` |
@@ -22,14 +22,17 @@
 //!
 //! Lengths are mm. The same input gives the same bytes: indices alone decide every order.
 
+mod changes;
 mod chips;
 mod coagulation;
 mod coarse;
 mod crossings;
 mod cut;
+mod divide;
 mod error;
 mod extract;
 mod field;
+mod lanes;
 mod lookup;
 mod mesh;
 mod pieces;
@@ -39,9 +42,11 @@ mod stroke;
 mod sublattice;
 mod surface;
 mod tool;
+mod triangle;
 mod vertices;
 mod volume;
 
+pub use changes::Changes;
 pub use chips::Chip;
 pub use cut::{Cut, SLIVER_SHARE};
 pub use error::FieldError;

@@ -1,12 +1,15 @@
 //! The mesh that the field lives on: which pentahedra meet in a face, at a node, and at an edge of the exposed surface.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec3};
 use resecta_anatomy::wedge;
 
 use crate::FieldError;
+use crate::divide::{Divided, Tables};
 use crate::lookup::Lookup;
-use crate::shape::Shape;
-use crate::sublattice::{FACES, MAX_DIVISIONS, face_corners};
+use crate::shape::{Carrier, Shape};
+use crate::sublattice::{FACES, Sublattice, face_corners};
 use crate::surface::SurfaceKind;
 
 const NONE: u32 = u32::MAX;
@@ -15,7 +18,16 @@ const NONE: u32 = u32::MAX;
 #[derive(Debug, Clone)]
 pub struct Mesh {
     pub rest: Vec<DVec3>,
+    /// Nodes of the pentahedra, not in the order given (see `divide.rs`).
     pub pentahedra: Vec<[u32; 6]>,
+    /// Which of the given corners every corner is.
+    pub orders: Arc<[[u8; 6]]>,
+    /// Numbers of their edges and faces.
+    pub edges: Vec<[u32; 9]>,
+    pub edge_count: usize,
+    pub faces: Vec<[u32; FACES]>,
+    pub face_count: usize,
+    tables: Tables,
     pub rest_volumes: Vec<f64>,
     /// By `pentahedron * FACES + face`: the same of the face on the other side, or `NONE` where exposed.
     across: Vec<u32>,
@@ -34,6 +46,7 @@ impl Mesh {
     pub fn new(
         rest: &[DVec3],
         pentahedra: &[[u32; 6]],
+        spacing_mm: f64,
         kind: impl Fn(u32, usize) -> SurfaceKind,
     ) -> Result<Self, FieldError> {
         if pentahedra.is_empty() {
@@ -60,22 +73,30 @@ impl Mesh {
             }
             rest_volumes.push(volume_mm3);
         }
+        let divided = Divided::new(rest, pentahedra, spacing_mm)?;
+        let kinds = (0..pentahedra.len() * FACES)
+            .map(|id| ((id / FACES) as u32, id % FACES))
+            .map(|(pentahedron, face)| kind(pentahedron, divided.given_face(pentahedron, face)))
+            .collect();
         let (starts, around) = around_nodes(pentahedra, rest.len());
         let mut mesh = Self {
             rest: rest.to_vec(),
-            pentahedra: pentahedra.to_vec(),
+            pentahedra: divided.pentahedra,
+            orders: divided.orders.into(),
+            edges: divided.edges,
+            edge_count: divided.edge_count,
+            faces: vec![[0; FACES]; pentahedra.len()],
+            face_count: 0,
+            tables: divided.tables,
             rest_volumes,
             across: vec![NONE; pentahedra.len() * FACES],
             turns: vec![0; pentahedra.len() * FACES],
-            kinds: Vec::new(),
+            kinds,
             starts,
             around,
             exposed_at: Lookup::default(),
         };
         mesh.join()?;
-        mesh.kinds = (0..pentahedra.len() * FACES)
-            .map(|id| kind((id / FACES) as u32, id % FACES))
-            .collect();
         for (pentahedron, face) in mesh.exposed_faces() {
             let nodes = mesh.face_nodes(pentahedron, face);
             for (&from, &to) in nodes.iter().zip(nodes.iter().cycle().skip(1)) {
@@ -93,6 +114,8 @@ impl Mesh {
             let nodes = self.face_nodes(pentahedron as u32, face);
             let Some(&other) = open.get(&face_key(&nodes)) else {
                 open.insert(face_key(&nodes), id);
+                self.faces[pentahedron][face] = self.face_count as u32;
+                self.face_count += 1;
                 continue;
             };
             let theirs = self.face_nodes((other / FACES) as u32, other % FACES);
@@ -103,16 +126,31 @@ impl Mesh {
             if self.across[other] != NONE || !opposite {
                 return Err(FieldError::NotManifold(pentahedron));
             }
+            self.faces[pentahedron][face] = self.faces[other / FACES][other % FACES];
             (self.across[id], self.across[other]) = (other as u32, id as u32);
             (self.turns[id], self.turns[other]) = (there as u8, turn(&theirs, &nodes) as u8);
         }
         Ok(())
     }
 
+    /// How a pentahedron is divided.
+    pub fn sub(&self, pentahedron: u32) -> &Sublattice {
+        self.tables.of(pentahedron)
+    }
+
     /// Nodes of a face in outward cyclic order.
     pub fn face_nodes(&self, pentahedron: u32, face: usize) -> Vec<u32> {
         let nodes = &self.pentahedra[pentahedron as usize];
         face_corners(face).iter().map(|&corner| nodes[corner]).collect()
+    }
+
+    /// The triangles of a face.
+    pub fn face_triangles(&self, pentahedron: u32, face: usize) -> Vec<[u32; 3]> {
+        match *self.face_nodes(pentahedron, face) {
+            [a, b, c, d] => wedge::split_quad([a, b, c, d]).to_vec(),
+            [a, b, c] => vec![[a, b, c]],
+            _ => Vec::new(),
+        }
     }
 
     /// The pentahedron across a face, its face, and the turn between the two (see `Sublattice::facing`).
@@ -176,37 +214,9 @@ impl Mesh {
         Shape::new(self.pentahedra[pentahedron as usize].map(|node| positions[node as usize].as_dvec3()))
     }
 
-    /// Divisions of the triangles' edges and of the axis for a spacing: the longest edge of each sort, divided until no
-    /// part is longer than the spacing. Where an edge is both of a triangle and of an axis, the two numbers are the
-    /// same, the larger one, so that neighbours conform there too.
-    pub fn divisions(&self, spacing_mm: f64) -> Result<(usize, usize), FieldError> {
-        if !spacing_mm.is_finite() || spacing_mm <= 0.0 {
-            return Err(FieldError::Spacing(spacing_mm));
-        }
-        let mut sorts: Lookup<[u32; 2], u8> = Lookup::default();
-        let mut longest = [0.0_f64; 2];
-        for nodes in &self.pentahedra {
-            for (n, [a, b]) in wedge::EDGES.iter().map(|ends| ends.map(|end| nodes[end])).enumerate() {
-                let sort = usize::from(n >= 6);
-                *sorts.entry(edge(a, b)).or_default() |= 1 << sort;
-                longest[sort] = longest[sort].max(self.rest[a as usize].distance(self.rest[b as usize]));
-            }
-        }
-        if sorts.values().any(|&sort| sort == 3) {
-            longest = [longest[0].max(longest[1]); 2];
-        }
-        let divide = |length: f64| {
-            // A length that is a multiple of the spacing but for rounding is not divided once more.
-            let divisions = (length / spacing_mm - 1e-9).ceil().max(1.0);
-            if divisions > MAX_DIVISIONS as f64 {
-                return Err(FieldError::TooFine {
-                    divisions,
-                    limit: MAX_DIVISIONS,
-                });
-            }
-            Ok(divisions as usize)
-        };
-        Ok((divide(longest[0])?, divide(longest[1])?))
+    #[inline(always)]
+    pub fn carrier(&self, pentahedron: u32, positions: &[Vec3]) -> Carrier {
+        Carrier::new(self.pentahedra[pentahedron as usize].map(|node| positions[node as usize]))
     }
 
     /// Refuses positions that are not one finite place a node.

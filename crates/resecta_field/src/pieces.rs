@@ -69,7 +69,7 @@ impl Field {
             let (other, _, _) = self.mesh.across(pentahedron, face)?;
             let points = self.points.of(pentahedron);
             let kept = |&local: &u32| self.points.values[points[local as usize] as usize] > 0.0;
-            (points.is_empty() || self.sub.face_points[face].iter().any(kept)).then_some(other)
+            (points.is_empty() || self.mesh.sub(pentahedron).face_points[face].iter().any(kept)).then_some(other)
         })
     }
 }

@@ -1,27 +1,40 @@
 //! The points of the sub-lattices, numbered over the whole mesh, and the values on them.
 //!
 //! A point belongs to the node, edge, face or interior that it lies in, so all pentahedra around name the same point
-//! and neighbours always agree. Numbers are given when a pentahedron is first touched: the values of all points stand
-//! in one array, without holes, and what nothing touched has none.
+//! and neighbours always agree. Numbers are given, a node's, edge's, face's or interior's at once, when a pentahedron is
+//! first touched; what nothing touched has none. They are free for others again when all pentahedra around are released.
 
 use resecta_anatomy::wedge;
 
-use crate::lookup::Lookup;
-use crate::mesh::{Mesh, edge, face_key};
-use crate::sublattice::{FACES, Sublattice, face_corners};
+use crate::mesh::Mesh;
+use crate::sublattice::{FACES, Place, face_corners};
 use crate::volume;
 
 const NONE: u32 = u32::MAX;
 
+/// Stands in the place of a cell that was released.
+const RELEASED: u32 = u32::MAX - 1;
+
 /// A touched pentahedron.
 #[derive(Debug, Clone)]
 pub struct Cell {
-    /// Numbers of its points, in the order of [`Sublattice::steps`].
+    /// Numbers of its points, in the order of its sub-lattice.
     pub points: Box<[u32]>,
-    /// Sum of its tetrahedra's volumes at rest, mm³: what shares of it are taken of.
-    pub tetrahedra_mm3: f64,
+    /// Rest volume removed of every sub-prism, mm³, before it is scaled.
+    pub removed_mm3: Box<[f32]>,
+    /// Sum of its sub-prisms' volumes at rest, mm³: what shares of it are taken of.
+    pub prisms_mm3: f64,
     /// Rest volume still there, mm³.
     pub kept_mm3: f64,
+}
+
+/// Points that are numbered together.
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    /// `NONE` without numbers.
+    first: u32,
+    /// Pentahedra around that are not released.
+    around: u32,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -30,113 +43,209 @@ pub struct Points {
     pub values: Vec<f32>,
     /// How deep inside coagulated tissue a point lies, mm, 0 outside; empty until something coagulates.
     pub coagulation: Vec<f32>,
-    /// When a point was last looked at: twice the number of the edit, one more if the edit changed it.
+    /// When a point was last looked at, see `Edit`.
     pub marks: Vec<u32>,
-    /// Number of the point at every node; empty until something is touched.
-    nodes: Vec<u32>,
-    /// First point inside an edge, counted from its smaller node, and inside a face.
-    edges: Lookup<[u32; 2], u32>,
-    faces: Lookup<[u32; 4], u32>,
+    /// Empty until something is touched.
+    nodes: Vec<Block>,
+    /// Points inside edges, counted from the smaller node.
+    edges: Vec<Block>,
+    faces: Vec<Block>,
+    /// First numbers of free blocks, by their length.
+    free: Vec<Vec<u32>>,
     /// Index of every pentahedron's cell; empty until something is touched.
     cell_of: Vec<u32>,
     cells: Vec<Cell>,
+    free_cells: Vec<u32>,
 }
 
 impl Points {
+    /// Index of a touched pentahedron's cell.
+    pub fn index(&self, pentahedron: u32) -> Option<usize> {
+        let index = *self.cell_of.get(pentahedron as usize)?;
+        (index < RELEASED).then_some(index as usize)
+    }
+
+    /// None if untouched or released.
     pub fn cell(&self, pentahedron: u32) -> Option<&Cell> {
-        let index = *self.cell_of.get(pentahedron as usize)?;
-        self.cells.get(index as usize)
+        Some(&self.cells[self.index(pentahedron)?])
     }
 
-    pub fn cell_and_values(&mut self, pentahedron: u32) -> Option<(&mut Cell, &[f32])> {
-        let index = *self.cell_of.get(pentahedron as usize)?;
-        let cell = self.cells.get_mut(index as usize)?;
-        Some((cell, &self.values))
+    /// A cell by its index, and the values and marks of all points.
+    pub fn cell_and_values(&mut self, index: usize) -> (&mut Cell, &[f32], &[u32]) {
+        (&mut self.cells[index], &self.values, &self.marks)
     }
 
-    /// Numbers of the points of a pentahedron; empty if untouched.
+    /// Cells, free ones included.
+    pub fn cell_count(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// Whether a pentahedron has, or had, points.
+    pub fn is_touched(&self, pentahedron: u32) -> bool {
+        self.cell_of
+            .get(pentahedron as usize)
+            .is_some_and(|&index| index != NONE)
+    }
+
+    /// Rest volume kept of a touched pentahedron, mm³.
+    pub fn kept_mm3(&self, pentahedron: u32) -> Option<f64> {
+        self.is_touched(pentahedron)
+            .then(|| self.cell(pentahedron).map_or(0.0, |cell| cell.kept_mm3))
+    }
+
+    /// Numbers of the points of a pentahedron; empty if it has none.
     pub fn of(&self, pentahedron: u32) -> &[u32] {
         self.cell(pentahedron).map_or(&[], |cell| &cell.points)
     }
 
-    /// Gives a pentahedron points, new ones with the value `band`. Nothing happens if it has them.
-    pub fn touch(&mut self, mesh: &Mesh, sub: &Sublattice, pentahedron: u32, band: f32) {
-        if self.cell(pentahedron).is_some() {
+    /// Gives a pentahedron that has none points, new ones with the value `band`. Nothing happens if it has them or was
+    /// released.
+    pub fn touch(&mut self, mesh: &Mesh, pentahedron: u32, band: f32) {
+        if self.cell_of.is_empty() {
+            self.begin(mesh);
+        }
+        if self.cell_of[pentahedron as usize] != NONE {
             return;
         }
-        if self.cell_of.is_empty() {
-            self.cell_of = vec![NONE; mesh.pentahedra.len()];
-            self.nodes = vec![NONE; mesh.rest.len()];
-        }
-        let points = self.number(&mesh.pentahedra[pentahedron as usize], sub);
-        self.cell_of[pentahedron as usize] = self.cells.len() as u32;
-        self.values.resize(self.marks.len(), band);
-        if !self.coagulation.is_empty() {
-            self.coagulation.resize(self.marks.len(), 0.0);
-        }
-        self.cells.push(Cell {
-            tetrahedra_mm3: volume::tetrahedra_mm3(mesh, sub, pentahedron, &points),
+        let points = self.number(mesh, pentahedron, band);
+        let cell = Cell {
+            prisms_mm3: volume::prisms_mm3(mesh, pentahedron),
             points,
+            removed_mm3: vec![0.0; mesh.sub(pentahedron).prisms.len()].into(),
             kept_mm3: mesh.rest_volumes[pentahedron as usize],
-        });
-    }
-
-    /// Point inside the edge between two nodes, by its steps from `from`, of `divisions`; none if nothing touched the
-    /// edge.
-    pub fn inside_edge(&self, from: u32, to: u32, step: usize, divisions: usize) -> Option<u32> {
-        let first = self.edges.get(&edge(from, to))?;
-        let steps = if from < to { step } else { divisions - step };
-        Some(first + steps as u32 - 1)
-    }
-
-    fn number(&mut self, nodes: &[u32; 6], sub: &Sublattice) -> Box<[u32]> {
-        let (r, s) = (sub.r, sub.s);
-        let new = |marks: &mut Vec<u32>, count: usize| {
-            marks.resize(marks.len() + count, 0);
-            (marks.len() - count) as u32
         };
-        let corners = nodes.map(|node| {
-            let number = &mut self.nodes[node as usize];
-            if *number == NONE {
-                *number = new(&mut self.marks, 1);
+        self.cell_of[pentahedron as usize] = match self.free_cells.pop() {
+            Some(index) => {
+                self.cells[index as usize] = cell;
+                index
             }
-            *number
-        });
-        let edges: [u32; 9] = std::array::from_fn(|n| {
-            let [a, b] = wedge::EDGES[n].map(|end| nodes[end]);
-            let count = if n < 6 { r } else { s } - 1;
-            *self
-                .edges
-                .entry(edge(a, b))
-                .or_insert_with(|| new(&mut self.marks, count))
+            None => {
+                self.cells.push(cell);
+                self.cells.len() as u32 - 1
+            }
+        };
+    }
+
+    #[expect(dead_code, reason = "nothing is released yet")]
+    /// Gives back the points of a pentahedron of which nothing is left, those that no other has or may get. It is never
+    /// touched again.
+    pub fn release(&mut self, mesh: &Mesh, pentahedron: u32) {
+        let Some(index) = self.index(pentahedron) else {
+            return;
+        };
+        let sub = mesh.sub(pentahedron);
+        let interior = (self.cells[index].points.iter().zip(&sub.parts)).find(|(_, part)| **part == Place::Interior);
+        let interior = interior.map_or(NONE, |(&first, _)| first);
+        let n = pentahedron as usize;
+        let leave = |block: &mut Block| {
+            block.around -= 1;
+            if block.around == 0 { block.first } else { NONE }
+        };
+        let mut freed = vec![(interior, sub.interior)];
+        freed.extend(mesh.pentahedra[n].map(|node| (leave(&mut self.nodes[node as usize]), 1)));
+        for (local, &edge) in mesh.edges[n].iter().enumerate() {
+            freed.push((leave(&mut self.edges[edge as usize]), sub.divisions.of(local) - 1));
+        }
+        for (face, &number) in mesh.faces[n].iter().enumerate() {
+            freed.push((leave(&mut self.faces[number as usize]), sub.inside_face(face)));
+        }
+        for (first, count) in freed {
+            if first == NONE || count == 0 {
+                continue;
+            }
+            if self.free.len() <= count {
+                self.free.resize(count + 1, Vec::new());
+            }
+            self.free[count].push(first);
+        }
+        let empty = Cell {
+            points: Box::default(),
+            removed_mm3: Box::default(),
+            prisms_mm3: 1.0,
+            kept_mm3: 0.0,
+        };
+        self.cells[index] = empty;
+        self.free_cells.push(index as u32);
+        self.cell_of[n] = RELEASED;
+    }
+
+    /// Point inside an edge of a pentahedron, by its steps from the edge's first corner; none if nothing touched the
+    /// edge.
+    pub fn inside_edge(&self, mesh: &Mesh, pentahedron: u32, local: usize, step: usize) -> Option<u32> {
+        let block = self.edges.get(mesh.edges[pentahedron as usize][local] as usize)?;
+        (block.first != NONE).then(|| block.first + along(mesh, pentahedron, local, step))
+    }
+
+    fn begin(&mut self, mesh: &Mesh) {
+        let block = Block { first: NONE, around: 0 };
+        self.cell_of = vec![NONE; mesh.pentahedra.len()];
+        self.nodes = vec![block; mesh.rest.len()];
+        self.edges = vec![block; mesh.edge_count];
+        self.faces = vec![block; mesh.face_count];
+        let count = |blocks: &mut Vec<Block>, number: &u32| blocks[*number as usize].around += 1;
+        for n in 0..mesh.pentahedra.len() {
+            mesh.pentahedra[n].iter().for_each(|node| count(&mut self.nodes, node));
+            mesh.edges[n].iter().for_each(|edge| count(&mut self.edges, edge));
+            mesh.faces[n].iter().for_each(|face| count(&mut self.faces, face));
+        }
+    }
+
+    fn number(&mut self, mesh: &Mesh, pentahedron: u32, band: f32) -> Box<[u32]> {
+        let n = pentahedron as usize;
+        let sub = mesh.sub(pentahedron);
+        let Self {
+            values,
+            coagulation,
+            marks,
+            nodes,
+            edges,
+            faces,
+            free,
+            ..
+        } = self;
+        let mut new = |count: usize| -> u32 {
+            if let Some(first) = free.get_mut(count).and_then(Vec::pop) {
+                let range = first as usize..first as usize + count;
+                values[range.clone()].fill(band);
+                marks[range.clone()].fill(0);
+                if !coagulation.is_empty() {
+                    coagulation[range].fill(0.0);
+                }
+                return first;
+            }
+            let first = values.len() as u32;
+            values.resize(values.len() + count, band);
+            marks.resize(values.len(), 0);
+            if !coagulation.is_empty() {
+                coagulation.resize(values.len(), 0.0);
+            }
+            first
+        };
+        let mut first = |block: &mut Block, count: usize| {
+            if block.first == NONE {
+                block.first = new(count);
+            }
+            block.first
+        };
+        let corners = mesh.pentahedra[n].map(|node| first(&mut nodes[node as usize], 1));
+        let edges: [u32; 9] = std::array::from_fn(|local| {
+            let number = mesh.edges[n][local] as usize;
+            first(&mut edges[number], sub.divisions.of(local) - 1)
         });
         let faces: [u32; FACES] = std::array::from_fn(|face| {
-            let corners = face_corners(face)
-                .iter()
-                .map(|&corner| nodes[corner])
-                .collect::<Vec<_>>();
-            let count = if face < 2 {
-                (r - 1) * r.saturating_sub(2) / 2
-            } else {
-                (r - 1) * (s - 1)
-            };
-            *self
-                .faces
-                .entry(face_key(&corners))
-                .or_insert_with(|| new(&mut self.marks, count))
+            let number = mesh.faces[n][face] as usize;
+            first(&mut faces[number], sub.inside_face(face))
         });
-        let count = (r - 1) * r.saturating_sub(2) / 2 * (s - 1);
-        let mut interior = new(&mut self.marks, count);
-        (0..sub.steps.len())
-            .map(|point| match place(sub, point) {
+        let mut interior = new(sub.interior);
+        (sub.parts.iter())
+            .map(|&part| match part {
                 Place::Node(corner) => corners[corner],
-                Place::Edge(n, step) => {
-                    let [a, b] = wedge::EDGES[n].map(|end| nodes[end]);
-                    let divisions = if n < 6 { r } else { s };
-                    edges[n] + if a < b { step } else { divisions - step } as u32 - 1
+                Place::Edge(local, step) => edges[local] + along(mesh, pentahedron, local, step),
+                Place::Triangle(face, number) => faces[face] + number as u32,
+                Place::Quad(face, at) => {
+                    let nodes = std::array::from_fn(|n| mesh.pentahedra[pentahedron as usize][face_corners(face)[n]]);
+                    faces[face] + in_quad(nodes, at, [sub.divisions.sides[face - 2], sub.divisions.axis])
                 }
-                Place::Triangle(face) => faces[face] + in_triangle(sub, point, face, nodes),
-                Place::Quad(face) => faces[face] + in_quad(sub, point, face, nodes),
                 Place::Interior => {
                     interior += 1;
                     interior - 1
@@ -147,81 +256,37 @@ impl Points {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let points = self.cells.iter().map(|cell| size_of_val(&*cell.points)).sum::<usize>();
-        points
+        let cells = (self.cells.iter())
+            .map(|cell| 4 * (cell.points.len() + cell.removed_mm3.len()))
+            .sum::<usize>();
+        let free: usize = self.free.iter().map(|free| 4 * free.capacity()).sum();
+        cells
+            + free
             + 4 * (self.values.capacity() + self.coagulation.capacity() + self.marks.capacity())
-            + 4 * (self.nodes.capacity() + self.cell_of.capacity())
-            + self.edges.capacity() * size_of::<([u32; 2], u32)>()
-            + self.faces.capacity() * size_of::<([u32; 4], u32)>()
+            + 4 * (self.cell_of.capacity() + self.free_cells.capacity())
+            + size_of::<Block>() * (self.nodes.capacity() + self.edges.capacity() + self.faces.capacity())
             + self.cells.capacity() * size_of::<Cell>()
     }
 }
 
-/// The part of a pentahedron that a point lies in; faces and edges by their local numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
-    Node(usize),
-    /// With the steps from the edge's first corner.
-    Edge(usize, usize),
-    Triangle(usize),
-    Quad(usize),
-    Interior,
-}
-
-impl Place {
-    /// The local corners that the part joins.
-    pub fn corners(self) -> Vec<usize> {
-        match self {
-            Place::Node(corner) => vec![corner],
-            Place::Edge(n, _) => wedge::EDGES[n].to_vec(),
-            Place::Triangle(face) | Place::Quad(face) => face_corners(face).to_vec(),
-            Place::Interior => (0..6).collect(),
-        }
-    }
-}
-
-pub fn place(sub: &Sublattice, point: usize) -> Place {
-    let towards: [usize; 3] = std::array::from_fn(|corner| sub.towards(point, corner));
-    let k = sub.steps[point][2];
-    let end = if k == 0 { Some(0) } else { (k == sub.s).then_some(1) };
-    let zero = |corner: usize| towards[corner] == 0;
-    let whole = (0..3).find(|&corner| towards[corner] == sub.r);
-    let side = (0..3).find(|&side| zero((side + 2) % 3));
-    match (end, whole, side) {
-        (Some(end), Some(corner), _) => Place::Node(corner + 3 * end),
-        (None, Some(corner), _) => Place::Edge(6 + corner, k),
-        // Side n of the triangle joins the corners n and n + 1.
-        (Some(end), None, Some(side)) => Place::Edge(side + 3 * end, towards[(side + 1) % 3]),
-        (None, None, Some(side)) => Place::Quad(2 + side),
-        (Some(end), None, None) => Place::Triangle(end),
-        (None, None, None) => Place::Interior,
-    }
-}
-
-/// Index of a point inside a triangular face: the steps towards its nodes in rising order name it.
-fn in_triangle(sub: &Sublattice, point: usize, face: usize, nodes: &[u32; 6]) -> u32 {
-    let mut corners = [0, 1, 2];
-    corners.sort_unstable_by_key(|&corner| nodes[corner + 3 * face]);
-    let [_, i, j] = corners.map(|corner| sub.towards(point, corner) - 1);
-    // Rows of an inner triangle of r - 3 divisions.
-    let row = j * (sub.r - 2) - j * j.saturating_sub(1) / 2;
-    (row + i) as u32
+/// Index of a point inside an edge, counted from the smaller node, by its steps from the edge's first corner.
+fn along(mesh: &Mesh, pentahedron: u32, local: usize, step: usize) -> u32 {
+    let [a, b] = wedge::EDGES[local].map(|end| mesh.pentahedra[pentahedron as usize][end]);
+    let divisions = mesh.sub(pentahedron).divisions.of(local);
+    (if a < b { step } else { divisions - step }) as u32 - 1
 }
 
 /// Index of a point inside a quadrilateral face: steps from its smallest node, first towards the smaller of the two
-/// nodes beside it.
-fn in_quad(sub: &Sublattice, point: usize, face: usize, nodes: &[u32; 6]) -> u32 {
-    let corners = face_corners(face);
-    let (r, s) = (sub.r, sub.s);
-    // In the face's own frame: u from corner 0 to 3, v from corner 0 to 1.
-    let (u, v) = (sub.towards(point, corners[3] % 3), sub.steps[point][2]);
-    let node = |corner: usize| nodes[corners[corner % 4]];
-    let smallest = (0..4).min_by_key(|&corner| node(corner)).unwrap_or(0);
+/// nodes beside it. `at`, `parts`: steps and parts towards the face's corner 3 and towards its corner 1.
+fn in_quad(nodes: [u32; 4], at: [usize; 2], parts: [usize; 2]) -> u32 {
+    let smallest = (0..4).min_by_key(|&corner| nodes[corner]).unwrap_or(0);
+    let [u, v] = at;
+    let [r, s] = parts;
     let from_u = if smallest == 0 || smallest == 1 { u } else { r - u };
     let from_v = if smallest == 0 || smallest == 3 { v } else { s - v };
     // Corners 0 and 1, 2 and 3 are joined along v.
-    let beside_along_v = node(smallest ^ 1);
-    let beside_along_u = node(3 - smallest);
+    let beside_along_v = nodes[smallest ^ 1];
+    let beside_along_u = nodes[3 - smallest];
     let (x, y, length) = if beside_along_u < beside_along_v {
         (from_u, from_v, r)
     } else {

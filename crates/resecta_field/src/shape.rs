@@ -3,12 +3,50 @@
 //! Local coordinates `(a, b, t)`: in the triangle the corners 0, 1, 2 have the weights `1 - a - b`, `a`, `b`; along the
 //! axis `t` runs from 0 at the triangle (0, 1, 2) to 1 at (3, 4, 5).
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
+
+use crate::sublattice::{LANES, Lanes};
 
 /// Weights of the six corners at a place; all are 0 or more inside, and they sum to 1.
 pub fn weights(a: f32, b: f32, t: f32) -> [f32; 6] {
     let triangle = [(1.0 - a - b).max(0.0), a, b];
     std::array::from_fn(|corner| triangle[corner % 3] * if corner < 3 { 1.0 - t } else { t })
+}
+
+/// `Σ N_i X_i` as a polynomial in single precision, for eight places at a time.
+#[derive(Debug, Clone, Copy)]
+pub struct Carrier([Vec3; 6]);
+
+impl Carrier {
+    #[inline(always)]
+    pub fn new(x: [Vec3; 6]) -> Self {
+        let (a, b) = (x[1] - x[0], x[2] - x[0]);
+        Self([x[0], a, b, x[3] - x[0], x[4] - x[3] - a, x[5] - x[3] - b])
+    }
+
+    /// By component.
+    #[inline(always)]
+    pub fn at(&self, [a, b, t]: &[Lanes; 3]) -> [Lanes; 3] {
+        std::array::from_fn(|n| {
+            let c = self.0.map(|coefficient| coefficient[n]);
+            std::array::from_fn(|l| c[0] + c[1] * a[l] + c[2] * b[l] + (c[3] + c[4] * a[l] + c[5] * b[l]) * t[l])
+        })
+    }
+
+    /// Derivatives, each by component.
+    #[inline(always)]
+    pub fn jacobian(&self, [a, b, t]: &[Lanes; 3]) -> [[Lanes; 3]; 3] {
+        let c = &self.0;
+        let axis = |[p, q, r]: [usize; 3], x: &Lanes, y: &Lanes| -> [Lanes; 3] {
+            std::array::from_fn(|n| std::array::from_fn(|l| c[p][n] + c[q][n] * x[l] + c[r][n] * y[l]))
+        };
+        let zero = [0.0; LANES];
+        [
+            axis([1, 4, 4], t, &zero),
+            axis([2, 5, 5], t, &zero),
+            axis([3, 4, 5], a, b),
+        ]
+    }
 }
 
 /// `Σ N_i X_i` as a polynomial: six vectors of coefficients take fewer operations a point than six weights.

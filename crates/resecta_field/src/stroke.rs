@@ -13,9 +13,11 @@
 //! a ridge a step. So a step under way also gives points shortly behind its start that are gone already the distance
 //! that they have to the stroke as a whole, as if the step had begun where the stroke did.
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec2};
 use resecta_solver::{LoopPose, LoopSweep};
 
+use crate::lanes;
+use crate::sublattice::{LANES, Lanes};
 use crate::tool::{Bounds, Tool};
 
 /// A half ellipse on its way.
@@ -26,8 +28,10 @@ pub struct Swept {
     /// Half the width, and the depth.
     size: DVec2,
     /// How far the stroke had come, and how far behind the step it is looked back at.
-    run: f64,
-    reach: f64,
+    run: f32,
+    reach: f32,
+    /// Places are given relative to this: the centre at the start.
+    pub origin: DVec3,
 }
 
 impl Swept {
@@ -44,8 +48,9 @@ impl Swept {
             from: unit(sweep.from),
             to: unit(sweep.to),
             size: DVec2::new(0.5 * sweep.width_mm, sweep.depth_mm),
-            run,
-            reach,
+            run: run as f32,
+            reach: reach as f32,
+            origin: sweep.from.centre,
         }
     }
 
@@ -57,73 +62,92 @@ impl Swept {
             size: DVec2::splat(radius),
             run: 0.0,
             reach: 0.0,
+            origin: from,
         }
     }
 
     /// See `Prepared::distances`.
-    pub fn distances(&self, point: DVec3) -> [f64; 2] {
-        let before = (point - self.from.centre).dot(self.from.travel);
-        let after = (point - self.to.centre).dot(self.to.travel);
-        if before * after <= 0.0 {
-            let profile = self.profile(point, self.instant(point, before));
-            let inside = profile.max(-(before.abs() + self.run).min(after.abs()));
-            return [inside; 2];
-        }
-        // Beyond one of the ends.
-        let behind = before.abs() < after.abs();
-        let (height, instant) = if behind {
-            (before.abs(), 0.0)
-        } else {
-            (after.abs(), 1.0)
+    pub fn distances(&self, places: &[Lanes; 3]) -> [Lanes; 2] {
+        let moved = (self.to.centre - self.from.centre).as_vec3();
+        let travels = [self.from, self.to].map(|pose| pose.travel.as_vec3());
+        let before = lanes::dot(places, &lanes::splat(travels[0]));
+        let after = {
+            let end = moved.dot(travels[1]);
+            lanes::map(&lanes::dot(places, &lanes::splat(travels[1])), |along| along - end)
         };
-        let profile = self.profile(point, instant);
-        let outside = profile.max(height);
-        let gone = if behind && height < self.run.min(self.reach) {
-            profile.max(height - self.run).max(-after.abs())
-        } else {
-            outside
-        };
-        [outside, gone.min(outside)]
-    }
-
-    /// When the plane passes the point, as a share of the step.
-    fn instant(&self, point: DVec3, before: f64) -> f64 {
-        let moved = self.to.centre - self.from.centre;
-        let turned = self.to.travel - self.from.travel;
-        let (c, b, a) = (
-            before,
-            (point - self.from.centre).dot(turned) - moved.dot(self.from.travel),
-            -moved.dot(turned),
-        );
-        // c + b x + a x² = 0; the plane is on different sides of the point at 0 and 1, so one root lies between.
-        let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
-        let q = -0.5 * (b + root.copysign(b));
-        let [first, second] = [c / q, q / a];
-        let off = |x: f64| {
-            if x.is_finite() {
-                (x - x.clamp(0.0, 1.0)).abs()
+        let instant = self.instants(places, &before, &after);
+        let profile = self.profiles(places, &instant);
+        let (run, reach) = (self.run, self.reach);
+        let mut result = [[0.0; LANES]; 2];
+        for l in 0..LANES {
+            let (before, after) = (before[l], after[l]);
+            let (start, end) = (before.abs(), after.abs());
+            let inside = profile[l].max(-(start + run).min(end));
+            let height = start.min(end);
+            let outside = profile[l].max(height);
+            let behind = profile[l].max(height - run).max(-end);
+            let is_looked_back_at = start < end && height < run.min(reach);
+            let gone = if is_looked_back_at {
+                behind.min(outside)
             } else {
-                f64::INFINITY
-            }
-        };
-        let best = if off(first) <= off(second) { first } else { second };
-        if best.is_finite() { best.clamp(0.0, 1.0) } else { 0.0 }
+                outside
+            };
+            let passes = before * after <= 0.0;
+            result[0][l] = if passes { inside } else { outside };
+            result[1][l] = if passes { inside } else { gone };
+        }
+        result
     }
 
-    /// Signed distance to the half ellipse in the plane at an instant.
-    fn profile(&self, point: DVec3, instant: f64) -> f64 {
-        let (centre, travel, down);
+    /// When the plane passes the places, as a share of the step; the nearer end where it does not. `before`, `after`:
+    /// heights over the planes at both ends.
+    #[inline(always)]
+    fn instants(&self, places: &[Lanes; 3], before: &Lanes, after: &Lanes) -> Lanes {
+        let moved = (self.to.centre - self.from.centre).as_vec3();
+        let turned = (self.to.travel - self.from.travel).as_vec3();
+        let forward = moved.dot(self.from.travel.as_vec3());
+        let a = -moved.dot(turned);
+        let turning = lanes::dot(places, &lanes::splat(turned));
+        let share = |x: f32| if x.abs() <= f32::MAX { x.clamp(0.0, 1.0) } else { 0.0 };
+        let off = |x: f32| {
+            let off = (x - x.clamp(0.0, 1.0)).abs();
+            if x.abs() <= f32::MAX { off } else { f32::MAX }
+        };
+        std::array::from_fn(|l| {
+            // c + b x + a x² = 0; the plane is on different sides of the place at 0 and 1, so one root lies between.
+            let (c, b) = (before[l], turning[l] - forward);
+            let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
+            let q = -0.5 * (b + root.copysign(b));
+            let (first, second) = (c / q, q / a);
+            let passed = if off(first) <= off(second) {
+                share(first)
+            } else {
+                share(second)
+            };
+            let nearer = if before[l].abs() < after[l].abs() { 0.0 } else { 1.0 };
+            if before[l] * after[l] <= 0.0 { passed } else { nearer }
+        })
+    }
+
+    /// Signed distances to the half ellipse in the planes at these instants.
+    #[inline(always)]
+    fn profiles(&self, places: &[Lanes; 3], instants: &Lanes) -> Lanes {
+        let axes = [self.from.travel, self.from.down].map(|axis| lanes::splat(axis.as_vec3()));
+        let back = (self.from.centre - self.to.centre).as_vec3();
+        let offset = lanes::add_scaled(places, &lanes::splat(back), instants);
+        let size = self.size.as_vec2();
         if self.from.travel == self.to.travel && self.from.down == self.to.down {
-            (travel, down) = (self.from.travel, self.from.down);
-        } else {
-            let between = |a: DVec3, b: DVec3| a + (b - a) * instant;
-            travel = between(self.from.travel, self.to.travel).normalize_or(self.from.travel);
-            let lowered = between(self.from.down, self.to.down).reject_from_normalized(travel);
-            down = lowered.normalize_or(self.from.down);
+            let across = lanes::splat(self.from.travel.cross(self.from.down).as_vec3());
+            return half_ellipses(&lanes::dot(&offset, &across), &lanes::dot(&offset, &axes[1]), size);
         }
-        centre = self.from.centre + (self.to.centre - self.from.centre) * instant;
-        let offset = point - centre;
-        half_ellipse(DVec2::new(offset.dot(travel.cross(down)), offset.dot(down)), self.size)
+        let turned = lanes::splat((self.to.travel - self.from.travel).as_vec3());
+        let lowered = lanes::splat((self.to.down - self.from.down).as_vec3());
+        let travel = lanes::normalized(&lanes::add_scaled(&axes[0], &turned, instants));
+        let down = lanes::add_scaled(&axes[1], &lowered, instants);
+        let along = lanes::map(&lanes::dot(&down, &travel), |along| -along);
+        let down = lanes::normalized(&lanes::add_scaled(&down, &travel, &along));
+        let across = lanes::cross(&travel, &down);
+        half_ellipses(&lanes::dot(&offset, &across), &lanes::dot(&offset, &down), size)
     }
 
     pub fn bounds(&self) -> Bounds {
@@ -157,18 +181,20 @@ impl Swept {
     }
 }
 
-/// Signed distance, to first order, to the half `y >= 0` of an ellipse with these half axes.
-fn half_ellipse(point: DVec2, size: DVec2) -> f64 {
-    let above = DVec2::new(point.x, point.y.max(0.0));
-    let scaled = above / size;
-    let q = scaled.length();
-    let slope = (scaled / size).length();
-    let ellipse = if slope > 0.0 {
-        q * (q - 1.0) / slope
-    } else {
-        -size.min_element()
-    };
-    ellipse.max(-point.y)
+/// Signed distances, to first order, to the half `y >= 0` of an ellipse with these half axes.
+#[inline(always)]
+fn half_ellipses(x: &Lanes, y: &Lanes, size: Vec2) -> Lanes {
+    let scale = 1.0 / size;
+    let middle = -size.min_element();
+    std::array::from_fn(|l| {
+        let (u, v) = (x[l] * scale.x, y[l].max(0.0) * scale.y);
+        let q = (u * u + v * v).sqrt();
+        let (du, dv) = (u * scale.x, v * scale.y);
+        let slope = (du * du + dv * dv).sqrt();
+        let ellipse = q * (q - 1.0) / slope;
+        let ellipse = if slope > 0.0 { ellipse } else { middle };
+        ellipse.max(-y[l])
+    })
 }
 
 /// Turns the poses of a loop under current into tools that join without gaps or ridges.
@@ -235,6 +261,11 @@ mod tests {
         }
     }
 
+    fn distance(swept: &Swept, point: DVec3) -> f64 {
+        let places = lanes::splat((point - swept.origin).as_vec3());
+        f64::from(swept.distances(&places)[0][3])
+    }
+
     /// Points of a grid around the sweep.
     fn grid() -> impl Iterator<Item = DVec3> {
         let side = |n: usize| (0..n).map(move |i| i as f64 / n as f64);
@@ -248,7 +279,7 @@ mod tests {
         let sweep = turning();
         let swept = Swept::new(&sweep, 0.0, 0.0);
         for point in grid() {
-            let [distance, _] = swept.distances(point);
+            let distance = distance(&swept, point);
             if distance.abs() > 2e-3 {
                 assert_eq!(distance < 0.0, sweep.contains(point), "{point}: {distance}");
             }
@@ -260,8 +291,8 @@ mod tests {
         let swept = Swept::new(&turning(), 0.0, 0.0);
         for point in grid() {
             for step in DVec3::AXES {
-                let change = swept.distances(point + 1e-5 * step)[0] - swept.distances(point)[0];
-                assert!(change.abs() < 2e-5, "{point}: {change}");
+                let change = distance(&swept, point + 1e-4 * step) - distance(&swept, point);
+                assert!(change.abs() < 2e-4, "{point}: {change}");
             }
         }
     }

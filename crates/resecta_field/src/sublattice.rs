@@ -1,25 +1,71 @@
 //! The lattice inside a pentahedron: points, sub-prisms and which sub-prism lies across which face.
 //!
-//! The triangle is cut into `r²` similar triangles, the axis into `s` layers. The tables are the same for all
-//! pentahedra, so there is one set of them. A sub-prism's corners stand in the order and sense of [`wedge`], so the
-//! tables of faces and edges there hold for sub-prisms too, and a sub-prism's face on the boundary of its pentahedron
-//! has the number of the pentahedron's face that it lies on.
+//! The triangle is cut as in `triangle.rs`, the axis into layers. Pentahedra whose edges have the same numbers of parts
+//! share one set of tables. A sub-prism's corners stand in the order and sense of [`wedge`], so the tables of faces and
+//! edges there hold for sub-prisms too, and a sub-prism's face on the boundary of its pentahedron has the number of the
+//! pentahedron's face that it lies on.
 
 use std::collections::HashMap;
 
 use resecta_anatomy::wedge;
 
+use crate::triangle::{Part, Triangle};
+
 /// Faces of a prism: two triangles, then three quadrilaterals.
 pub const FACES: usize = 5;
 
-/// Most divisions of an edge: a pentahedron then has 18,513 points.
+/// Most parts of an edge: a pentahedron then has 18,513 points.
 pub const MAX_DIVISIONS: usize = 32;
+
+/// Places worked on at a time.
+pub const LANES: usize = 8;
+
+pub type Lanes = [f32; LANES];
 
 /// The corners of a face in outward cyclic order.
 pub fn face_corners(face: usize) -> &'static [usize] {
     match face {
         0 | 1 => &wedge::TRIANGLES[face],
         _ => &wedge::QUADS[face - 2],
+    }
+}
+
+/// Parts of a pentahedron's edges: of its triangles' sides (0, 1), (1, 2), (2, 0), falling, and of the axial edges.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Divisions {
+    pub sides: [usize; 3],
+    pub axis: usize,
+}
+
+impl Divisions {
+    /// Of an edge, in the order of [`wedge::EDGES`].
+    pub fn of(&self, edge: usize) -> usize {
+        if edge < 6 { self.sides[edge % 3] } else { self.axis }
+    }
+}
+
+/// The part of a pentahedron that a point lies in; faces and edges by their local numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    Node(usize),
+    /// With the steps from the edge's first corner.
+    Edge(usize, usize),
+    /// With a running number, the same on both ends.
+    Triangle(usize, usize),
+    /// With the steps from the face's corner 0 towards corner 3 and towards corner 1.
+    Quad(usize, [usize; 2]),
+    Interior,
+}
+
+impl Place {
+    /// The local corners that the part joins.
+    pub fn corners(self) -> Vec<usize> {
+        match self {
+            Place::Node(corner) => vec![corner],
+            Place::Edge(n, _) => wedge::EDGES[n].to_vec(),
+            Place::Triangle(face, _) | Place::Quad(face, _) => face_corners(face).to_vec(),
+            Place::Interior => (0..6).collect(),
+        }
     }
 }
 
@@ -30,7 +76,7 @@ pub struct BoundaryCell {
     pub face: usize,
     pub prism: usize,
     /// Where on the face. Quadrilateral: steps from the face's corner 0 towards corner 3 and towards corner 1.
-    /// Triangle: sums over the cell's corners of the steps towards the face's corners 0 and 1.
+    /// Triangle: its number in the section, and 0.
     at: [usize; 2],
     /// Number of the cell's first triangle among the fine triangles of the pentahedron's boundary; a quadrilateral has
     /// two.
@@ -48,16 +94,13 @@ pub enum Across {
 
 #[derive(Debug, Clone)]
 pub struct Sublattice {
-    /// Divisions of the triangles' edges.
-    pub r: usize,
-    /// Divisions along the axis.
-    pub s: usize,
-    /// Steps `(i, j, k)` of every point: `a = i / r`, `b = j / r`, `t = k / s`.
-    pub steps: Vec<[usize; 3]>,
-    /// Local coordinates of every point.
+    pub divisions: Divisions,
+    /// Local coordinates of every point, see `shape.rs`.
     pub places: Vec<[f64; 3]>,
-    /// The points at the six corners of the pentahedron.
-    pub corners: [u32; 6],
+    /// The same by component, eight points at a time; what is left of the last eight repeats the last point.
+    pub lanes: Vec<[Lanes; 3]>,
+    /// The part of the pentahedron that every point lies in.
+    pub parts: Vec<Place>,
     /// Corner points of every sub-prism.
     pub prisms: Vec<[u32; 6]>,
     /// The points on every face.
@@ -68,60 +111,95 @@ pub struct Sublattice {
     by_place: [Vec<u32>; FACES],
     /// Fine triangles on the boundary of a pentahedron.
     pub boundary_triangles: usize,
+    /// Points inside a triangular face.
+    inside_triangle: usize,
+    /// Points inside the pentahedron.
+    pub interior: usize,
 }
 
 impl Sublattice {
-    pub fn new(r: usize, s: usize) -> Self {
-        let row = |j: usize| j * (r + 1) - j * j.saturating_sub(1) / 2;
-        let triangle_points = row(r) + 1;
-        let index = |i: usize, j: usize, k: usize| (k * triangle_points + row(j) + i) as u32;
-        let mut steps = Vec::new();
-        let mut prisms = Vec::new();
-        for k in 0..=s {
-            for j in 0..=r {
-                steps.extend((0..=r - j).map(|i| [i, j, k]));
-            }
-        }
-        for k in 0..s {
-            for (i, j) in (0..r).flat_map(|j| (0..r - j).map(move |i| (i, j))) {
-                let prism = |corners: [(usize, usize); 3]| {
-                    std::array::from_fn(|c| index(corners[c % 3].0, corners[c % 3].1, k + c / 3))
-                };
-                prisms.push(prism([(i, j), (i + 1, j), (i, j + 1)]));
-                if i + j + 2 <= r {
-                    prisms.push(prism([(i + 1, j), (i + 1, j + 1), (i, j + 1)]));
-                }
-            }
-        }
-        let places = (steps.iter())
-            .map(|&[i, j, k]| [i as f64 / r as f64, j as f64 / r as f64, k as f64 / s as f64])
-            .collect();
+    pub fn new(divisions: Divisions) -> Self {
+        let section = Triangle::new(divisions.sides);
+        let count = section.places.len();
+        let axis = divisions.axis;
+        let inside_triangle = section
+            .parts
+            .iter()
+            .filter(|part| matches!(part, Part::Inside(_)))
+            .count();
         let mut sub = Self {
-            r,
-            s,
-            steps,
-            places,
-            corners: std::array::from_fn(|corner| {
-                let [i, j] = [[0, 0], [r, 0], [0, r]][corner % 3];
-                index(i, j, corner / 3 * s)
-            }),
-            prisms,
+            divisions,
+            places: Vec::new(),
+            lanes: Vec::new(),
+            parts: Vec::new(),
+            prisms: Vec::new(),
             face_points: Default::default(),
             across: Vec::new(),
             boundary: Vec::new(),
             by_place: std::array::from_fn(|face| {
-                let size = if face < 2 { (3 * r + 1) * (3 * r + 1) } else { r * s };
-                vec![0; size]
+                let cells = if face < 2 {
+                    section.triangles.len()
+                } else {
+                    divisions.sides[face - 2] * axis
+                };
+                vec![0; cells]
             }),
             boundary_triangles: 0,
+            inside_triangle,
+            interior: inside_triangle * (axis - 1),
         };
-        sub.join();
+        for layer in 0..=axis {
+            for (&[a, b], &part) in section.places.iter().zip(&section.parts) {
+                sub.places.push([a, b, layer as f64 / axis as f64]);
+                sub.parts.push(sub.place(part, layer));
+            }
+        }
+        for layer in 0..axis {
+            for triangle in &section.triangles {
+                sub.prisms.push(std::array::from_fn(|c| {
+                    ((layer + c / 3) * count + triangle[c % 3]) as u32
+                }));
+            }
+        }
+        sub.lanes = sub
+            .places
+            .chunks(LANES)
+            .map(|places| {
+                std::array::from_fn(|axis| std::array::from_fn(|lane| places[lane.min(places.len() - 1)][axis] as f32))
+            })
+            .collect();
+        sub.join(section.triangles.len());
         sub.face_points = std::array::from_fn(|face| sub.on_face(face));
         sub
     }
 
-    /// Finds what lies across every face.
-    fn join(&mut self) {
+    /// Points inside a face.
+    pub fn inside_face(&self, face: usize) -> usize {
+        match face {
+            0 | 1 => self.inside_triangle,
+            _ => (self.divisions.sides[face - 2] - 1) * (self.divisions.axis - 1),
+        }
+    }
+
+    fn place(&self, part: Part, layer: usize) -> Place {
+        let axis = self.divisions.axis;
+        let end = if layer == 0 {
+            Some(0)
+        } else {
+            (layer == axis).then_some(1)
+        };
+        match (part, end) {
+            (Part::Corner(corner), Some(end)) => Place::Node(corner + 3 * end),
+            (Part::Corner(corner), None) => Place::Edge(6 + corner, layer),
+            (Part::Side(side, step), Some(end)) => Place::Edge(side + 3 * end, step),
+            (Part::Side(side, step), None) => Place::Quad(2 + side, [step, layer]),
+            (Part::Inside(number), Some(end)) => Place::Triangle(end, number),
+            (Part::Inside(_), None) => Place::Interior,
+        }
+    }
+
+    /// Finds what lies across every face. `section`: triangles of a layer.
+    fn join(&mut self, section: usize) {
         let key = |prism: &[u32; 6], face: usize| {
             let mut points: Vec<u32> = face_corners(face).iter().map(|&corner| prism[corner]).collect();
             points.sort_unstable();
@@ -139,23 +217,20 @@ impl Sublattice {
                 let other = at[&key(&prism, face)].iter().find(|other| other.0 != index);
                 match other {
                     Some(&(other, _)) => Across::Prism(other),
-                    None => Across::Boundary(self.add_boundary(index, face)),
+                    None => Across::Boundary(self.add_boundary(index, face, section)),
                 }
             });
             self.across.push(across);
         }
     }
 
-    fn add_boundary(&mut self, prism: usize, face: usize) -> usize {
-        let corners = face_corners(face);
-        let points = corners.iter().map(|&corner| self.prisms[prism][corner] as usize);
+    fn add_boundary(&mut self, prism: usize, face: usize, section: usize) -> usize {
         let at = if face < 2 {
-            let towards = |corner: usize| points.clone().map(|point| self.towards(point, corner % 3)).sum();
-            [towards(corners[0]), towards(corners[1])]
+            [prism % section, 0]
         } else {
-            let u = points.clone().map(|point| self.towards(point, corners[3] % 3)).min();
-            let v = points.clone().map(|point| self.steps[point][2]).min();
-            [u.unwrap_or(0), v.unwrap_or(0)]
+            let first = self.prisms[prism][face_corners(face)[0]];
+            let steps = self.on_side(first as usize, face - 2).unwrap_or(0);
+            [steps, prism / section]
         };
         let place = self.place_of(face, at);
         self.by_place[face][place] = self.boundary.len() as u32;
@@ -169,43 +244,52 @@ impl Sublattice {
         self.boundary.len() - 1
     }
 
-    fn on_face(&self, face: usize) -> Vec<u32> {
-        let end = face * self.s;
-        let is_on = |&point: &u32| match face {
-            0 | 1 => self.steps[point as usize][2] == end,
-            // Face 2 + n joins the corners n and n + 1.
-            _ => self.towards(point as usize, face % 3) == 0,
+    /// Steps of a point along a side of the triangle, if it lies on the face over it.
+    fn on_side(&self, point: usize, side: usize) -> Option<usize> {
+        let corner = |corner: usize| {
+            if corner == side {
+                Some(0)
+            } else {
+                (corner == (side + 1) % 3).then_some(self.divisions.sides[side])
+            }
         };
-        (0..self.steps.len() as u32).filter(is_on).collect()
+        match self.parts[point] {
+            Place::Node(node) => corner(node % 3),
+            Place::Edge(n, _) if n >= 6 => corner(n - 6),
+            Place::Edge(n, step) => (n % 3 == side).then_some(step),
+            Place::Quad(face, [step, _]) => (face == side + 2).then_some(step),
+            Place::Triangle(..) | Place::Interior => None,
+        }
     }
 
-    /// Steps of a point towards corner 0, 1 or 2 of the triangle, out of `r`.
-    pub fn towards(&self, point: usize, corner: usize) -> usize {
-        let [i, j, _] = self.steps[point];
-        [self.r - i - j, i, j][corner]
+    fn on_face(&self, face: usize) -> Vec<u32> {
+        let is_on = |&point: &u32| match face {
+            0 | 1 => self.places[point as usize][2] == face as f64,
+            _ => self.on_side(point as usize, face - 2).is_some(),
+        };
+        (0..self.places.len() as u32).filter(is_on).collect()
     }
 
-    /// The cell of a neighbour's face that is this cell. `turn`: corner `m` of this pentahedron's face is corner
-    /// `turn - m` (modulo their number) of the neighbour's.
+    /// The cell of this pentahedron's face that is a cell of its neighbour's. `turn`: corner `m` of the neighbour's face
+    /// is corner `turn - m` (modulo their number) of this one's.
     pub fn facing(&self, cell: &BoundaryCell, face: usize, turn: usize) -> &BoundaryCell {
         let [u, v] = cell.at;
-        let at = if cell.face < 2 {
-            let sums = [u, v, 3 * self.r - u - v];
-            // The neighbour's corner n is this face's corner turn - n.
-            [sums[turn % 3], sums[(turn + 2) % 3]]
+        let at = if face < 2 {
+            [u, v]
         } else {
+            let (r, s) = (self.divisions.sides[face - 2], self.divisions.axis);
             match turn % 4 {
                 0 => [v, u],
-                1 => [u, self.s - 1 - v],
-                2 => [self.s - 1 - v, self.r - 1 - u],
-                _ => [self.r - 1 - u, v],
+                1 => [u, s - 1 - v],
+                2 => [r - 1 - v, s - 1 - u],
+                _ => [r - 1 - u, v],
             }
         };
         &self.boundary[self.by_place[face][self.place_of(face, at)] as usize]
     }
 
     fn place_of(&self, face: usize, [u, v]: [usize; 2]) -> usize {
-        u * if face < 2 { 3 * self.r + 1 } else { self.s } + v
+        if face < 2 { u } else { u * self.divisions.axis + v }
     }
 }
 
@@ -213,10 +297,14 @@ impl Sublattice {
 mod tests {
     use super::*;
 
+    fn sublattice(sides: [usize; 3], axis: usize) -> Sublattice {
+        Sublattice::new(Divisions { sides, axis })
+    }
+
     #[test]
     fn counts_are_those_of_the_division() {
-        let sub = Sublattice::new(4, 3);
-        assert_eq!(sub.steps.len(), 15 * 4);
+        let sub = sublattice([4, 4, 4], 3);
+        assert_eq!(sub.places.len(), 15 * 4);
         assert_eq!(sub.prisms.len(), 16 * 3);
         assert_eq!(sub.boundary.len(), 2 * 16 + 3 * 4 * 3);
         assert_eq!(sub.boundary_triangles, 2 * 16 + 2 * 3 * 4 * 3);
@@ -224,10 +312,21 @@ mod tests {
 
     #[test]
     fn faces_on_the_boundary_have_the_number_of_the_pentahedrons_face() {
-        let sub = Sublattice::new(3, 2);
-        for cell in &sub.boundary {
-            let on_face = |corner: &usize| sub.face_points[cell.face].contains(&sub.prisms[cell.prism][*corner]);
-            assert!(face_corners(cell.face).iter().all(on_face), "{cell:?}");
+        for (sides, axis) in [
+            ([3, 3, 3], 2),
+            ([5, 3, 2], 3),
+            ([7, 7, 4], 1),
+            ([2, 1, 1], 4),
+            ([1, 1, 1], 1),
+        ] {
+            let sub = sublattice(sides, axis);
+            for cell in &sub.boundary {
+                let on_face = |corner: &usize| sub.face_points[cell.face].contains(&sub.prisms[cell.prism][*corner]);
+                assert!(face_corners(cell.face).iter().all(on_face), "{sides:?} {cell:?}");
+            }
+            let cells: usize = sides.iter().map(|side| side * axis).sum();
+            let quads = sub.boundary.iter().filter(|cell| cell.face >= 2).count();
+            assert_eq!(quads, cells, "{sides:?}");
         }
     }
 }

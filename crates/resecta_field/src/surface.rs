@@ -3,9 +3,11 @@
 //! Where a cut has reached, the surface is that of `extract.rs`; elsewhere the exposed faces as they are (`coarse.rs`).
 //! All triangles together are closed and oriented outwards: every directed edge has its opposite.
 
-use glam::Vec3;
-use resecta_anatomy::wedge;
+use std::sync::Arc;
 
+use glam::Vec3;
+
+use crate::changes::{Changes, Marked};
 use crate::lookup::Lookup;
 use crate::mesh::Mesh;
 use crate::shape;
@@ -27,14 +29,20 @@ pub enum SurfaceKind {
     Cut,
 }
 
-/// The vertices of one pentahedron's part of the surface.
+/// The vertices of a touched pentahedron's part of the surface.
 #[derive(Debug, Clone, Default)]
 pub struct Piece {
     /// Slot of the vertex in every sub-prism, and in every fine triangle of the boundary; `NONE` where there is none.
-    /// Empty where the pentahedron is untouched, and the second where it has no exposed face.
+    /// The second is empty where the pentahedron has no exposed face; both until it is first updated.
     pub duals: Box<[u32]>,
     pub rims: Box<[u32]>,
-    /// Slots in the middle of exposed faces that are coarse beside fine ones.
+    pub chunks: Vec<u32>,
+}
+
+/// The vertices of an untouched pentahedron beside a touched one.
+#[derive(Debug, Clone, Default)]
+pub struct Coarse {
+    /// Slots in the middle of exposed faces.
     pub centres: Vec<u32>,
     pub chunks: Vec<u32>,
 }
@@ -49,11 +57,16 @@ pub struct Surface {
     next: Vec<u32>,
     first: Vec<u32>,
     free: Vec<u32>,
-    /// Pieces by pentahedron; empty until a cut.
-    pub(crate) pieces: Lookup<u32, Piece>,
-    /// Slots of kept points on the exposed surface.
-    pub(crate) point_slots: Lookup<u32, u32>,
+    /// Pieces by the index of the pentahedron's cell.
+    pub(crate) pieces: Vec<Piece>,
+    pub(crate) coarse: Lookup<u32, Coarse>,
+    /// Slots of kept points on the exposed surface, by point.
+    pub(crate) point_slots: Vec<u32>,
+    /// Triangle slots changed since they were last asked for.
+    changes: Marked,
     version: u64,
+    /// See [`Mesh`].
+    orders: Arc<[[u8; 6]]>,
 }
 
 impl Surface {
@@ -65,34 +78,29 @@ impl Surface {
             next: Vec::new(),
             first: vec![NONE; mesh.pentahedra.len()],
             free: Vec::new(),
-            pieces: Lookup::default(),
-            point_slots: Lookup::default(),
+            pieces: Vec::new(),
+            coarse: Lookup::default(),
+            point_slots: Vec::new(),
+            changes: Marked::default(),
             version: 1,
+            orders: mesh.orders.clone(),
         }
     }
 
     /// The exposed faces of an uncut tissue.
     pub(crate) fn of_mesh(mesh: &Mesh) -> Self {
         let mut surface = Self::empty(mesh);
-        let mut pentahedra = Vec::new();
         for (pentahedron, face) in mesh.exposed_faces() {
-            surface.add_face(pentahedron, &mesh.face_nodes(pentahedron, face));
-            pentahedra.push(pentahedron);
+            surface.add_face(mesh, pentahedron, face);
         }
-        pentahedra.dedup();
-        surface.rebuild_normals(mesh, &pentahedra);
+        surface.take_changes();
         surface
     }
 
     /// A face as it is.
-    pub(crate) fn add_face(&mut self, pentahedron: u32, nodes: &[u32]) {
-        match *nodes {
-            [a, b, c, d] => {
-                for triangle in wedge::split_quad([a, b, c, d]) {
-                    self.add(pentahedron, triangle);
-                }
-            }
-            _ => self.add(pentahedron, [nodes[0], nodes[1], nodes[2]]),
+    pub(crate) fn add_face(&mut self, mesh: &Mesh, pentahedron: u32, face: usize) {
+        for triangle in mesh.face_triangles(pentahedron, face) {
+            self.add(pentahedron, triangle);
         }
     }
 
@@ -103,6 +111,7 @@ impl Surface {
             self.triangles.len() as u32 - 1
         });
         self.triangles[slot as usize] = triangle;
+        self.changes.mark(slot);
         self.next[slot as usize] = std::mem::replace(&mut self.first[pentahedron as usize], slot);
     }
 
@@ -111,28 +120,25 @@ impl Surface {
         let mut slot = std::mem::replace(&mut self.first[pentahedron as usize], NONE);
         while slot != NONE {
             self.triangles[slot as usize] = [NONE; 3];
+            self.changes.mark(slot);
             self.free.push(slot);
             slot = std::mem::replace(&mut self.next[slot as usize], NONE);
         }
         self.version += 1;
     }
 
-    /// The triangles of a pentahedron's piece.
-    pub(crate) fn of(&self, pentahedron: u32) -> impl Iterator<Item = [u32; 3]> + '_ {
-        let begin = Some(self.first[pentahedron as usize]).filter(|&slot| slot != NONE);
-        std::iter::successors(begin, |&slot| {
-            Some(self.next[slot as usize]).filter(|&slot| slot != NONE)
-        })
-        .map(|slot| self.triangles[slot as usize])
+    /// Whether a touched pentahedron has neither triangles nor vertices.
+    pub(crate) fn is_bare(&self, pentahedron: u32, cell: usize) -> bool {
+        let has_vertices = self.pieces.get(cell).is_some_and(|piece| !piece.chunks.is_empty());
+        self.first[pentahedron as usize] == NONE && !has_vertices
     }
 
-    /// Whether a pentahedron has neither triangles nor vertices.
-    pub(crate) fn is_bare(&self, pentahedron: u32) -> bool {
-        let has_vertices = self
-            .pieces
-            .get(&pentahedron)
-            .is_some_and(|piece| !piece.chunks.is_empty());
-        self.first[pentahedron as usize] == NONE && !has_vertices
+    /// Slots changed since the last time.
+    pub(crate) fn take_changes(&mut self) -> Changes {
+        Changes {
+            vertices: self.vertices.changes.take(self.vertices.len()),
+            triangles: self.changes.take(self.triangles.len()),
+        }
     }
 
     /// Rises with every change of the triangles.
@@ -159,7 +165,12 @@ impl Surface {
     /// free slot and for nodes inside the tissue.
     pub fn carrier(&self, vertex: u32) -> Option<(u32, [f32; 6])> {
         let (pentahedron, [a, b, t]) = self.vertices.home(vertex)?;
-        Some((pentahedron, shape::weights(a, b, t)))
+        let mut given = [0.0; 6];
+        let order = &self.orders[pentahedron as usize];
+        for (&corner, weight) in order.iter().zip(shape::weights(a, b, t)) {
+            given[usize::from(corner)] = weight;
+        }
+        Some((pentahedron, given))
     }
 
     /// What the vertices are part of, by slot.
@@ -177,51 +188,19 @@ impl Surface {
         &self.vertices.rest
     }
 
-    /// Normals at rest, weighted by area, of all vertices whose surroundings these pentahedra's pieces are part of.
-    pub(crate) fn rebuild_normals(&mut self, mesh: &Mesh, pentahedra: &[u32]) {
-        // A vertex that moved turns the triangles around it, and they the normals of their other corners: those lie in
-        // the pieces around, and what meets in them one ring further.
-        let near = mesh.ring(pentahedra);
-        let mut places = vec![NONE; self.vertices.len()];
-        let mut targets = Vec::new();
-        for vertex in near.iter().flat_map(|&pentahedron| self.of(pentahedron)).flatten() {
-            let place = &mut places[vertex as usize];
-            if *place == NONE {
-                *place = targets.len() as u32;
-                targets.push(vertex);
-            }
-        }
-        let mut sums = vec![Vec3::ZERO; targets.len()];
-        for pentahedron in mesh.ring(&near) {
-            for triangle in self.of(pentahedron) {
-                let at = triangle.map(|vertex| places[vertex as usize]);
-                if at == [NONE; 3] {
-                    continue;
-                }
-                let [a, b, c] = triangle.map(|vertex| self.vertices.rest[vertex as usize]);
-                let area = (b - a).cross(c - a);
-                for place in at.into_iter().filter(|&place| place != NONE) {
-                    sums[place as usize] += area;
-                }
-            }
-        }
-        for (&vertex, &sum) in targets.iter().zip(&sums) {
-            self.vertices.set_normal(mesh, vertex, sum.normalize_or_zero());
-        }
-    }
-
     /// Bytes that cuts have made the surface hold.
     pub(crate) fn bytes(&self) -> usize {
-        let pieces = self.pieces.values().map(|piece| {
-            4 * (piece.duals.len() + piece.rims.len() + piece.centres.capacity() + piece.chunks.capacity())
-        });
         if self.pieces.is_empty() {
             return 0;
         }
+        let pieces =
+            (self.pieces.iter()).map(|piece| 4 * (piece.duals.len() + piece.rims.len() + piece.chunks.capacity()));
         pieces.sum::<usize>()
-            + self.pieces.capacity() * size_of::<(u32, Piece)>()
-            + self.point_slots.capacity() * size_of::<[u32; 2]>()
+            + self.pieces.capacity() * size_of::<Piece>()
+            + self.coarse.capacity() * size_of::<(u32, Coarse)>()
+            + 4 * (self.point_slots.capacity() + self.free.capacity())
             + self.triangles.capacity() * size_of::<[u32; 4]>()
+            + self.changes.bytes()
             + self.vertices.bytes()
     }
 }

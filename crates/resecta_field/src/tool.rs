@@ -4,7 +4,9 @@ use glam::DVec3;
 use resecta_solver::LoopSweep;
 
 use crate::FieldError;
+use crate::lanes;
 use crate::stroke::Swept;
+use crate::sublattice::Lanes;
 
 /// A volume that is cut away, in the tissue's current coordinates.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,12 +102,24 @@ impl Tool {
 }
 
 impl Prepared {
-    /// Signed distance, mm, and the one that holds where tissue is gone already: less where a face of this volume is
-    /// only where one step of a stroke ends and the next begins.
-    pub fn distances(&self, point: DVec3) -> [f64; 2] {
+    /// What places are given relative to, so that single precision holds near the tool.
+    pub fn origin(&self) -> DVec3 {
         match self {
-            Prepared::Sphere(centre, radius) => [point.distance(*centre) - radius; 2],
-            Prepared::Swept(swept) => swept.distances(point),
+            Prepared::Sphere(centre, _) => *centre,
+            Prepared::Swept(swept) => swept.origin,
+        }
+    }
+
+    /// Signed distances of eight places, mm, and those that hold where tissue is gone already: less where a face of this
+    /// volume is only where one step of a stroke ends and the next begins.
+    #[inline(always)]
+    pub fn distances(&self, places: &[Lanes; 3]) -> [Lanes; 2] {
+        match self {
+            Prepared::Sphere(_, radius) => {
+                let squares = lanes::dot(places, places);
+                [lanes::map(&squares, |square| square.sqrt() - *radius as f32); 2]
+            }
+            Prepared::Swept(swept) => swept.distances(places),
         }
     }
 

@@ -11,16 +11,13 @@
 
 use glam::Vec3;
 
+use crate::changes::Marked;
 use crate::mesh::Mesh;
-use crate::shape::Shape;
+use crate::shape::{self, Shape};
+use crate::sublattice::{LANES, Lanes, face_corners};
 use crate::surface::SurfaceKind;
 
-/// Vertices of a chunk.
-const LANES: usize = 8;
-
 const NONE: u32 = u32::MAX;
-
-type Lanes = [f32; LANES];
 
 /// Local coordinates and normals of a chunk's vertices, by component.
 #[derive(Debug, Clone, Default)]
@@ -29,12 +26,26 @@ struct Chunk {
     normal: [Lanes; 3],
 }
 
+/// A vertex inside a pentahedron.
+#[derive(Debug, Clone, Copy)]
+pub struct Vertex {
+    /// Local coordinates.
+    pub place: [f32; 3],
+    /// Products with the local axes at rest, of any positive length.
+    pub normal: [f32; 3],
+    pub kind: SurfaceKind,
+    /// Depth in coagulated tissue, mm.
+    pub coagulation: f32,
+}
+
 #[derive(Debug, Clone)]
 pub struct Vertices {
     nodes: usize,
     /// A pentahedron at every exposed node and the corner that the node is there, and the normal in it.
     node_homes: Vec<(u32, u8)>,
     node_normals: Vec<[f32; 3]>,
+    /// Unit normals at rest of the nodes; zero inside.
+    rest_normals: Vec<Vec3>,
     chunks: Vec<Chunk>,
     /// Pentahedron of every chunk; `NONE` for a free one.
     owners: Vec<u32>,
@@ -45,6 +56,8 @@ pub struct Vertices {
     pub rest: Vec<Vec3>,
     pub kinds: Vec<SurfaceKind>,
     pub coagulation: Vec<f32>,
+    /// Slots changed since they were last asked for.
+    pub changes: Marked,
 }
 
 impl Vertices {
@@ -54,6 +67,7 @@ impl Vertices {
             nodes,
             node_homes: vec![(NONE, 0); nodes],
             node_normals: vec![[0.0; 3]; nodes],
+            rest_normals: vec![Vec3::ZERO; nodes],
             chunks: Vec::new(),
             owners: Vec::new(),
             used: Vec::new(),
@@ -61,9 +75,10 @@ impl Vertices {
             rest: mesh.rest.iter().map(|place| place.as_vec3()).collect(),
             kinds: vec![SurfaceKind::Cut; nodes],
             coagulation: vec![0.0; nodes],
+            changes: Marked::default(),
         };
         for (pentahedron, face) in mesh.exposed_faces() {
-            for &corner in crate::sublattice::face_corners(face) {
+            for &corner in face_corners(face) {
                 let node = mesh.pentahedra[pentahedron as usize][corner] as usize;
                 vertices.kinds[node] = vertices.kinds[node].min(mesh.kind(pentahedron, face));
                 if vertices.node_homes[node].0 == NONE {
@@ -71,7 +86,38 @@ impl Vertices {
                 }
             }
         }
+        vertices.set_node_normals(mesh);
         vertices
+    }
+
+    /// Means of the normals of the uncut surface, weighted by area.
+    fn set_node_normals(&mut self, mesh: &Mesh) {
+        for (pentahedron, face) in mesh.exposed_faces() {
+            for triangle in mesh.face_triangles(pentahedron, face) {
+                let [a, b, c] = triangle.map(|node| self.rest[node as usize]);
+                let area = (b - a).cross(c - a);
+                triangle
+                    .into_iter()
+                    .for_each(|node| self.rest_normals[node as usize] += area);
+            }
+        }
+        for node in 0..self.nodes {
+            let normal = self.rest_normals[node].normalize_or_zero();
+            self.rest_normals[node] = normal;
+            if let Some((pentahedron, place)) = self.home(node as u32) {
+                let axes = mesh.rest_shape(pentahedron).jacobian(place.map(f64::from));
+                self.node_normals[node] = axes.map(|axis| axis.as_vec3().dot(normal));
+            }
+        }
+    }
+
+    /// Unit normal at rest of the uncut surface at a place on it: the mean of the nodes' around.
+    pub fn surface_normal(&self, mesh: &Mesh, pentahedron: u32, [a, b, t]: [f32; 3]) -> Vec3 {
+        let nodes = &mesh.pentahedra[pentahedron as usize];
+        let sum: Vec3 = (nodes.iter().zip(shape::weights(a, b, t)))
+            .map(|(&node, weight)| self.rest_normals[node as usize] * weight)
+            .sum();
+        sum.normalize_or_zero()
     }
 
     /// Slots, free ones included.
@@ -101,8 +147,7 @@ impl Vertices {
         let slot = slot as usize;
         if slot < self.nodes {
             let (pentahedron, corner) = self.node_homes[slot];
-            let [a, b] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]][usize::from(corner % 3)];
-            return (pentahedron != NONE).then_some((pentahedron, [a, b, f32::from(corner / 3)]));
+            return (pentahedron != NONE).then_some((pentahedron, corner_place(corner)));
         }
         let (chunk, lane) = ((slot - self.nodes) / LANES, (slot - self.nodes) % LANES);
         Some((self.owners[chunk], self.chunks[chunk].place.map(|lanes| lanes[lane])))
@@ -133,14 +178,28 @@ impl Vertices {
         (self.nodes + chunk * LANES + lane) as u32
     }
 
-    pub fn set(&mut self, slot: u32, place: [f64; 3], shape: &Shape, kind: SurfaceKind, coagulation: f32) {
+    pub fn set(&mut self, slot: u32, vertex: &Vertex, shape: &Shape) {
         let index = slot as usize - self.nodes;
-        for (lanes, value) in self.chunks[index / LANES].place.iter_mut().zip(place) {
-            lanes[index % LANES] = value as f32;
+        let chunk = &mut self.chunks[index / LANES];
+        for axis in 0..3 {
+            chunk.place[axis][index % LANES] = vertex.place[axis];
+            chunk.normal[axis][index % LANES] = vertex.normal[axis];
         }
-        self.rest[slot as usize] = shape.at(place).as_vec3();
-        self.kinds[slot as usize] = kind;
-        self.coagulation[slot as usize] = coagulation;
+        self.rest[slot as usize] = shape.at(vertex.place.map(f64::from)).as_vec3();
+        self.kinds[slot as usize] = vertex.kind;
+        self.coagulation[slot as usize] = vertex.coagulation;
+        self.changes.mark(slot);
+    }
+
+    /// Tells a vertex on the former surface of another face that it lies on, and how deep it is coagulated.
+    pub fn renew(&mut self, slot: u32, kind: SurfaceKind, coagulation: f32) {
+        let index = slot as usize;
+        let kind = kind.min(self.kinds[index]);
+        if self.kinds[index] != kind || self.coagulation[index] != coagulation {
+            self.kinds[index] = kind;
+            self.coagulation[index] = coagulation;
+            self.changes.mark(slot);
+        }
     }
 
     /// Frees a slot; its pentahedron's chunks are not in `chunks` if it is another's.
@@ -154,6 +213,7 @@ impl Vertices {
         }
         self.rest[slot as usize] = Vec3::ZERO;
         self.coagulation[slot as usize] = 0.0;
+        self.changes.mark(slot);
     }
 
     /// Gives back those chunks of a pentahedron that hold no vertex.
@@ -166,23 +226,6 @@ impl Vertices {
             }
             keep
         });
-    }
-
-    /// Stores the normal that a vertex has at rest.
-    pub fn set_normal(&mut self, mesh: &Mesh, slot: u32, normal: Vec3) {
-        let Some((pentahedron, place)) = self.home(slot) else {
-            return;
-        };
-        let axes = mesh.rest_shape(pentahedron).jacobian(place.map(f64::from));
-        let local = axes.map(|axis| axis.dot(normal.as_dvec3()) as f32);
-        if self.is_node(slot) {
-            self.node_normals[slot as usize] = local;
-            return;
-        }
-        let index = slot as usize - self.nodes;
-        for (lanes, value) in self.chunks[index / LANES].normal.iter_mut().zip(local) {
-            lanes[index % LANES] = value;
-        }
     }
 
     /// Where the vertices are with the nodes at `positions`, one a node.
@@ -200,13 +243,7 @@ impl Vertices {
                 *out = [Vec3::ZERO; LANES];
                 continue;
             }
-            let c = coefficients(&mesh.pentahedra[owner as usize], positions);
-            let [a, b, t] = &chunk.place;
-            let component = |n: usize| -> Lanes {
-                let c: [f32; 6] = std::array::from_fn(|term| c[term][n]);
-                std::array::from_fn(|l| c[0] + c[1] * a[l] + c[2] * b[l] + (c[3] + c[4] * a[l] + c[5] * b[l]) * t[l])
-            };
-            let [x, y, z] = [component(0), component(1), component(2)];
+            let [x, y, z] = mesh.carrier(owner, positions).at(&chunk.place);
             for (l, out) in out.iter_mut().enumerate() {
                 *out = Vec3::new(x[l], y[l], z[l]);
             }
@@ -222,15 +259,10 @@ impl Vertices {
             *out = if pentahedron == NONE {
                 Vec3::ZERO
             } else {
-                let c = coefficients(&mesh.pentahedra[pentahedron as usize], positions);
-                let (end, side) = (f32::from(corner / 3), corner % 3);
-                let along = c[3]
-                    + if side == 0 {
-                        Vec3::ZERO
-                    } else {
-                        c[3 + usize::from(side)]
-                    };
-                carry(self.node_normals[n], [c[1] + c[4] * end, c[2] + c[5] * end, along])
+                let place = corner_place(corner).map(|component| [component; LANES]);
+                let along = mesh.carrier(pentahedron, positions).jacobian(&place);
+                let axes = along.map(|[x, y, z]| Vec3::new(x[0], y[0], z[0]));
+                carry(self.node_normals[n], axes)
             };
         }
         for ((chunk, &owner), out) in self
@@ -243,19 +275,9 @@ impl Vertices {
                 *out = [Vec3::ZERO; LANES];
                 continue;
             }
-            let c = coefficients(&mesh.pentahedra[owner as usize], positions);
             // By component, as in `places`, so that eight normals are worked on at a time.
-            let [a, b, t] = &chunk.place;
-            let axis = |[p, q, r]: [usize; 3], x: &Lanes, y: &Lanes| -> [Lanes; 3] {
-                std::array::from_fn(|n| std::array::from_fn(|l| c[p][n] + c[q][n] * x[l] + c[r][n] * y[l]))
-            };
-            let zero = [0.0; LANES];
-            let along = [
-                axis([1, 4, 4], t, &zero),
-                axis([2, 5, 5], t, &zero),
-                axis([3, 4, 5], a, b),
-            ];
-            let mut normal = [zero; 3];
+            let along = mesh.carrier(owner, positions).jacobian(&chunk.place);
+            let mut normal = [[0.0; LANES]; 3];
             // As `carry`.
             for (product, [x, y]) in chunk.normal.iter().zip([[2, 1], [0, 2], [1, 0]]) {
                 let (x, y) = (&along[x], &along[y]);
@@ -286,20 +308,19 @@ impl Vertices {
         self.chunks.capacity() * size_of::<Chunk>()
             + 5 * self.owners.capacity()
             + 4 * self.free.capacity()
+            + self.changes.bytes()
             + self.chunks.len() * LANES * (size_of::<Vec3>() + size_of::<SurfaceKind>() + size_of::<f32>())
     }
 }
 
-/// The shape functions' polynomial, see [`Shape`].
-#[inline(always)]
-fn coefficients(nodes: &[u32; 6], positions: &[Vec3]) -> [Vec3; 6] {
-    let x = nodes.map(|node| positions[node as usize]);
-    let (a, b) = (x[1] - x[0], x[2] - x[0]);
-    [x[0], a, b, x[3] - x[0], x[4] - x[3] - a, x[5] - x[3] - b]
+/// Local coordinates of a corner.
+fn corner_place(corner: u8) -> [f32; 3] {
+    let [a, b] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]][usize::from(corner % 3)];
+    [a, b, f32::from(corner / 3)]
 }
 
 /// A normal from its products with the axes. The axes of a pentahedron that is not inverted are left-handed.
 #[inline(always)]
-fn carry(normal: [f32; 3], [a, b, t]: [Vec3; 3]) -> Vec3 {
+pub fn carry(normal: [f32; 3], [a, b, t]: [Vec3; 3]) -> Vec3 {
     (t.cross(b) * normal[0] + a.cross(t) * normal[1] + b.cross(a) * normal[2]).normalize_or_zero()
 }

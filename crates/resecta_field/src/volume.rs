@@ -1,26 +1,30 @@
 //! How much of a pentahedron is kept.
 //!
-//! Every sub-prism is three tetrahedra, cut along the diagonals through the smallest number on each quadrilateral, so
-//! all prisms around a face cut it alike. The value is linear in a tetrahedron, and the share of it that is positive
-//! exact. Shares are taken of the volumes at rest, scaled so that a pentahedron's tetrahedra sum to [`wedge::volume`].
+//! Every sub-prism is three tetrahedra. The value is linear in a tetrahedron, and the share of it that is positive exact.
+//! The diagonals go through the lowest value on each quadrilateral: what tools take is round or has edges outwards, and
+//! so the least of it is lost between the points. Shares are taken of the prisms' volumes at rest, scaled so that a
+//! pentahedron's prisms sum to [`wedge::volume`].
 //!
 //! [`wedge::volume`]: resecta_anatomy::wedge::volume
 
 use glam::{DMat4, DVec3};
 
 use crate::mesh::Mesh;
-use crate::points::Cell;
-use crate::sublattice::Sublattice;
+use crate::points::Points;
 
-/// The three tetrahedra of a prism whose corners have these numbers.
+/// What is counted at least of a pentahedron of which not all is removed: rounding shall not empty it.
+const LEAST_SHARE: f64 = 1e-9;
+
+/// The three tetrahedra of a prism whose corners have these keys.
 ///
-/// All go through the corner with the smallest number: to the triangle that it is not in, and to the two halves of the
+/// All go through the corner with the smallest key: to the triangle that it is not in, and to the two halves of the
 /// quadrilateral that it is not in. On the other two quadrilaterals the diagonals then begin at it.
-pub fn tetrahedra(points: [u32; 6]) -> [[usize; 4]; 3] {
-    let top = (0..6).min_by_key(|&corner| points[corner]).unwrap_or(0);
+pub fn tetrahedra<K: PartialOrd + Copy>(keys: [K; 6]) -> [[usize; 4]; 3] {
+    let smaller = |a: usize, b: usize| if keys[b] < keys[a] { b } else { a };
+    let top = (1..6).fold(0, smaller);
     let opposite = 3 - top / 3 * 3;
     let (q, w) = ((top + 1) % 3, (top + 2) % 3);
-    let [second, third] = if points[q].min(points[w + 3]) < points[w].min(points[q + 3]) {
+    let [second, third] = if keys[smaller(q, w + 3)] < keys[smaller(w, q + 3)] {
         [[top, q, w, w + 3], [top, q, w + 3, q + 3]]
     } else {
         [[top, q, w, q + 3], [top, w, w + 3, q + 3]]
@@ -29,23 +33,23 @@ pub fn tetrahedra(points: [u32; 6]) -> [[usize; 4]; 3] {
 }
 
 /// Share of a tetrahedron in which the linear function with these corner values is positive.
-pub fn kept_share(values: [f64; 4]) -> f64 {
-    let mut v = values;
-    v.sort_unstable_by(|a, b| b.total_cmp(a));
+pub fn kept_share(v: [f64; 4]) -> f64 {
     let along = |from: f64, to: f64| from / (from - to);
-    match v.iter().filter(|&&value| value > 0.0).count() {
+    // Of the corner n alone beside the three others.
+    let tip = |n: usize| (1..4).map(|other| along(v[n], v[(n + other) % 4])).product::<f64>();
+    let positive = v.map(|value| value > 0.0);
+    let only = |sign: bool| positive.iter().position(|&positive| positive == sign).unwrap_or(0);
+    match positive.iter().filter(|&&positive| positive).count() {
         0 => 0.0,
-        1 => along(v[0], v[1]) * along(v[0], v[2]) * along(v[0], v[3]),
+        1 => tip(only(true)),
         2 => {
-            let [ac, ad, bc, bd] = [
-                along(v[0], v[2]),
-                along(v[0], v[3]),
-                along(v[1], v[2]),
-                along(v[1], v[3]),
-            ];
+            let (a, c) = (only(true), only(false));
+            let b = 3 - (0..4).rev().position(|n| positive[n]).unwrap_or(0);
+            let d = 3 - (0..4).rev().position(|n| !positive[n]).unwrap_or(0);
+            let [ac, ad, bc, bd] = [[a, c], [a, d], [b, c], [b, d]].map(|[from, to]| along(v[from], v[to]));
             ac * ad + bc * bd * (1.0 - ad) + bc * ad * (1.0 - ac)
         }
-        3 => 1.0 - along(v[3], v[0]) * along(v[3], v[1]) * along(v[3], v[2]),
+        3 => 1.0 - tip(only(false)),
         _ => 1.0,
     }
 }
@@ -91,45 +95,74 @@ pub fn tetrahedron_volume([a, b, c, d]: [DVec3; 4]) -> f64 {
     ((b - a).cross(c - a).dot(d - a) / 6.0).abs()
 }
 
-/// Sum of the volumes of a pentahedron's tetrahedra at rest.
-pub fn tetrahedra_mm3(mesh: &Mesh, sub: &Sublattice, pentahedron: u32, points: &[u32]) -> f64 {
+/// Volume of a prism whose quadrilaterals are ruled surfaces.
+pub fn prism_volume([a, b, c, d, e, f]: [DVec3; 6]) -> f64 {
+    let axis = (d + e + f - a - b - c) / 3.0;
+    let (u, v, x, y) = (b - a, c - a, e - d, f - d);
+    let areas = 2.0 * (u.cross(v) + x.cross(y)) + u.cross(y) + x.cross(v);
+    (areas.dot(axis) / 12.0).abs()
+}
+
+/// Sum of the volumes of a pentahedron's prisms at rest.
+pub fn prisms_mm3(mesh: &Mesh, pentahedron: u32) -> f64 {
     let shape = mesh.rest_shape(pentahedron);
+    let sub = mesh.sub(pentahedron);
     let places: Vec<DVec3> = sub.places.iter().map(|&place| shape.at(place)).collect();
     (sub.prisms.iter())
-        .flat_map(|prism| {
-            let place = prism.map(|corner| places[corner as usize]);
-            let split = tetrahedra(prism.map(|corner| points[corner as usize]));
-            split.map(|tetrahedron| tetrahedron_volume(tetrahedron.map(|corner| place[corner])))
-        })
+        .map(|prism| prism_volume(prism.map(|corner| places[corner as usize])))
         .sum()
 }
 
-/// Sets the cell's kept volume from the values.
-pub fn measure(mesh: &Mesh, sub: &Sublattice, pentahedron: u32, cell: &mut Cell, values: &[f32]) {
-    let local: Vec<f32> = cell.points.iter().map(|&point| values[point as usize]).collect();
-    if local.iter().all(|&value| value > 0.0) {
+/// Share of a prism in which the value is not positive.
+fn removed_share(place: [DVec3; 6], values: [f32; 6]) -> f64 {
+    let (mut removed, mut sum) = (0.0, 0.0);
+    for tetrahedron in tetrahedra(values) {
+        let volume = tetrahedron_volume(tetrahedron.map(|corner| place[corner]));
+        removed += volume * (1.0 - kept_share(tetrahedron.map(|corner| f64::from(values[corner]))));
+        sum += volume;
+    }
+    if sum > 0.0 { removed / sum } else { 1.0 }
+}
+
+/// Sets the cell's kept volume from the values. Sub-prisms of which no point has at least the mark `changed` are as
+/// they were.
+pub fn measure(mesh: &Mesh, points: &mut Points, pentahedron: u32, changed: u32) {
+    let Some(index) = points.index(pentahedron) else {
+        return;
+    };
+    let (cell, values, marks) = points.cell_and_values(index);
+    let local: Vec<(f32, bool)> = (cell.points.iter())
+        .map(|&point| (values[point as usize], marks[point as usize] >= changed))
+        .collect();
+    if local.iter().all(|&(value, _)| value > 0.0) {
         return;
     }
-    if local.iter().all(|&value| value <= 0.0) {
+    if local.iter().all(|&(value, _)| value <= 0.0) {
         cell.kept_mm3 = 0.0;
         return;
     }
     let shape = mesh.rest_shape(pentahedron);
-    let mut removed = 0.0;
-    for prism in &sub.prisms {
-        let value = prism.map(|corner| f64::from(local[corner as usize]));
-        if value.iter().all(|&value| value > 0.0) {
+    let sub = mesh.sub(pentahedron);
+    for (prism, removed) in sub.prisms.iter().zip(&mut cell.removed_mm3) {
+        let corners = prism.map(|corner| local[corner as usize]);
+        let is_whole = corners.iter().all(|&(value, _)| value > 0.0);
+        if is_whole || !corners.iter().any(|&(_, is_changed)| is_changed) {
             continue;
         }
         let place = prism.map(|corner| shape.at(sub.places[corner as usize]));
-        for tetrahedron in tetrahedra(prism.map(|corner| cell.points[corner as usize])) {
-            let share = 1.0 - kept_share(tetrahedron.map(|corner| value[corner]));
-            removed += share * tetrahedron_volume(tetrahedron.map(|corner| place[corner]));
-        }
+        let values = corners.map(|(value, _)| value);
+        let share = if values.iter().all(|&value| value <= 0.0) {
+            1.0
+        } else {
+            removed_share(place, values)
+        };
+        *removed = (share * prism_volume(place)) as f32;
     }
-    let kept = mesh.rest_volumes[pentahedron as usize] * (1.0 - removed / cell.tetrahedra_mm3);
-    // Values only fall, so what rounding would give back is not given.
-    cell.kept_mm3 = kept.clamp(0.0, cell.kept_mm3);
+    let removed: f64 = cell.removed_mm3.iter().map(|&removed| f64::from(removed)).sum();
+    let rest = mesh.rest_volumes[pentahedron as usize];
+    let kept = rest * (1.0 - removed / cell.prisms_mm3);
+    // Values only fall, so what rounding would give back is not given; and where a point is kept, so is something.
+    cell.kept_mm3 = kept.clamp((LEAST_SHARE * rest).min(cell.kept_mm3), cell.kept_mm3);
 }
 
 #[cfg(test)]
@@ -156,6 +189,18 @@ mod tests {
                 .sum();
             assert!((sum - 1.0).abs() < 1e-12, "{points:?}: {sum}");
         }
+    }
+
+    #[test]
+    fn a_prism_has_the_volume_of_its_tetrahedra_where_its_faces_are_flat() {
+        let corners: [DVec3; 6] = std::array::from_fn(|n| {
+            let (x, y) = [(0.3, 0.0), (1.0, 0.4), (0.0, 1.2)][n % 3];
+            DVec3::new(x, y, (n / 3) as f64 * (2.0 + 0.3 * x - 0.1 * y))
+        });
+        let sum: f64 = (tetrahedra([0, 1, 2, 3, 4, 5]).iter())
+            .map(|tetrahedron| tetrahedron_volume(tetrahedron.map(|corner| corners[corner])))
+            .sum();
+        assert!((sum - prism_volume(corners)).abs() < 1e-12, "{sum}");
     }
 
     #[test]

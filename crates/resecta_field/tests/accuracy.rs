@@ -219,6 +219,6 @@ fn a_turning_stroke_removes_the_same_however_it_is_divided() {
     let exact = std::f64::consts::PI * WIDTH * DEPTH / 4.0 * 0.75 * (20.0 - 4.0 * DEPTH / (3.0 * std::f64::consts::PI));
     println!("a turning stroke in 8, 20, 90, 600 steps: {removed:.3?} mm³, exact {exact:.3}");
     for volume in removed {
-        assert!((volume / exact - 1.0).abs() < 0.005, "{removed:?} against {exact}");
+        assert!((volume / exact - 1.0).abs() < 0.01, "{removed:?} against {exact}");
     }
 }

@@ -51,12 +51,7 @@ fn a_gland_is_cut_from_end_to_end() {
     let lattice = tube(39.0, 35.0, 8.0);
     let mut field = tube_field(&lattice, 0.5);
     let positions = current(&lattice.positions, |place| place);
-    println!(
-        "{} nodes, {} pentahedra, divisions {:?}",
-        positions.len(),
-        lattice.pentahedra.len(),
-        field.divisions()
-    );
+    println!("{} nodes, {} pentahedra", positions.len(), lattice.pentahedra.len(),);
     let mut chips = 0.0;
     let begin = Instant::now();
     for (round, radius) in [4.0, 7.0, 10.0, 13.0].into_iter().enumerate() {
