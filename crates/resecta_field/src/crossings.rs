@@ -47,27 +47,30 @@ pub fn fine_triangles(sub: &Sublattice, cell: &BoundaryCell, points: &[u32]) -> 
 /// A pentahedron's values, by local point.
 struct Local<'a> {
     sub: &'a Sublattice,
-    samples: Vec<Sample>,
+    values: Vec<f32>,
+    is_changed: Vec<bool>,
     coagulation: Vec<f32>,
 }
 
 impl Local<'_> {
     fn is_changed(&self, points: &[u32]) -> bool {
-        points.iter().any(|&point| self.samples[point as usize].is_changed)
+        points
+            .iter()
+            .fold(false, |any, &point| any | self.is_changed[point as usize])
     }
 
     fn value(&self, point: u32) -> f32 {
-        self.samples[point as usize].value
+        self.values[point as usize]
     }
 
     /// Whether the sign changes among these points.
     fn is_mixed(&self, points: &[u32]) -> bool {
-        let first = self.value(points[0]) > 0.0;
-        points.iter().any(|&point| (self.value(point) > 0.0) != first)
+        let positive = (points.iter()).fold(0, |count, &point| count + usize::from(self.value(point) > 0.0));
+        positive > 0 && positive < points.len()
     }
 
     fn place(&self, point: u32) -> [f32; 3] {
-        self.sub.places[point as usize].map(|component| component as f32)
+        self.sub.near_places[point as usize]
     }
 
     fn depth(&self, point: u32) -> f32 {
@@ -77,7 +80,8 @@ impl Local<'_> {
     /// Mean place, and mean depth of coagulation, of the changes of sign on the edges.
     fn crossing(&self, points: &[u32], edges: &[[usize; 2]]) -> ([f32; 3], f32) {
         let (mut place, mut depth, mut count) = ([0.0; 3], 0.0, 0.0);
-        for [a, b] in edges.iter().map(|ends| ends.map(|end| points[end])) {
+        for &[a, b] in edges {
+            let (a, b) = (points[a], points[b]);
             let [from, to] = [self.value(a), self.value(b)];
             if (from > 0.0) == (to > 0.0) {
                 continue;
@@ -97,8 +101,16 @@ impl Local<'_> {
 
     /// How steeply the value falls along the local coordinates.
     fn fall(&self, prism: &[u32; 6]) -> [f32; 3] {
-        let v = prism.map(|point| self.value(point));
-        let p = [0, 1, 2, 3].map(|corner| self.place(prism[corner]));
+        let mut v = [0.0; 6];
+        for (value, &point) in v.iter_mut().zip(prism) {
+            *value = self.value(point);
+        }
+        let p = [
+            self.place(prism[0]),
+            self.place(prism[1]),
+            self.place(prism[2]),
+            self.place(prism[3]),
+        ];
         let [ax, ay] = [p[1][0] - p[0][0], p[1][1] - p[0][1]];
         let [bx, by] = [p[2][0] - p[0][0], p[2][1] - p[0][1]];
         let rise = |corner: usize| 0.5 * (v[corner] - v[0] + v[corner + 3] - v[3]);
@@ -135,12 +147,8 @@ impl Surface {
         let coagulation = &points.coagulation;
         let local = Local {
             sub,
-            samples: (ids.iter().map(|&point| sample(point)))
-                .map(|sample| Sample {
-                    is_changed: sample.is_changed || is_new,
-                    ..sample
-                })
-                .collect(),
+            values: ids.iter().map(|&point| sample(point).value).collect(),
+            is_changed: (ids.iter()).map(|&point| is_new || sample(point).is_changed).collect(),
             coagulation: if coagulation.is_empty() {
                 Vec::new()
             } else {

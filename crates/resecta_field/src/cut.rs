@@ -48,13 +48,17 @@ impl Field {
         let Some(tool) = prepared else {
             return Ok(Cut::default());
         };
-        let near = self.near(&tool.bounds(), positions);
+        let mut near = self.near(&tool.bounds(), positions);
+
         let mut edit = self.begin_edit();
         let mut distances = Vec::new();
+        self.leave_out(&tool, positions, &mut near);
         for &pentahedron in &near {
             self.evaluate(&mut edit, &tool, pentahedron, positions, &mut distances);
         }
+
         let changed = self.marked(edit.changed(), &near);
+
         Ok(self.finish(edit, changed))
     }
 
@@ -100,6 +104,36 @@ impl Field {
             .collect()
     }
 
+    /// Leaves out what is gone already, and what lies in a ball that is no nearer to the tool than the band.
+    fn leave_out(&self, tool: &Prepared, positions: &[Vec3], near: &mut Vec<u32>) {
+        near.retain(|&pentahedron| self.kept_mm3(pentahedron) > 0.0);
+        let origin = tool.origin();
+        let mut kept = 0;
+        for first in (0..near.len()).step_by(LANES) {
+            let count = LANES.min(near.len() - first);
+            let (mut middles, mut radii) = ([[0.0; LANES]; 3], [0.0; LANES]);
+            for l in 0..count {
+                let corners = self.mesh.pentahedra[near[first + l] as usize].map(|node| positions[node as usize]);
+                let middle = corners.iter().sum::<Vec3>() / 6.0;
+                let square = corners
+                    .iter()
+                    .map(|corner| corner.distance_squared(middle))
+                    .fold(0.0, f32::max);
+                let local = (middle.as_dvec3() - origin).as_vec3();
+                (0..3).for_each(|n| middles[n][l] = local[n]);
+                radii[l] = square.sqrt();
+            }
+            let floors = tool.floors(&middles, &radii);
+            for l in 0..count {
+                if floors[l] < self.band {
+                    near[kept] = near[first + l];
+                    kept += 1;
+                }
+            }
+        }
+        near.truncate(kept);
+    }
+
     /// Lowers the values of a pentahedron, if a point of it is nearer to the tool than the band.
     fn evaluate(
         &mut self,
@@ -118,17 +152,19 @@ impl Field {
             return;
         }
         self.touch(edit, pentahedron);
-        for local in 0..self.points.of(pentahedron).len() {
-            let point = self.points.of(pentahedron)[local];
-            let old = self.points.values[point as usize];
-            if self.points.marks[point as usize] >= edit.seen || old <= -self.band {
-                continue;
-            }
-            self.points.marks[point as usize] = edit.seen;
-            let [distance, gone] = distances[local / LANES].map(|lanes| lanes[local % LANES]);
-            let value = if old > 0.0 { distance } else { gone };
-            if value < old {
-                self.lower(edit, point, value.max(-self.band));
+        let (ids, mut values) = self.points.of_and_values(pentahedron);
+        for (ids, [distance, gone]) in ids.chunks(LANES).zip(distances.iter()) {
+            for (lane, &point) in ids.iter().enumerate() {
+                let (old, mark) = values.get(point);
+                if mark >= edit.seen || old <= -self.band {
+                    continue;
+                }
+                let value = if old > 0.0 { distance[lane] } else { gone[lane] };
+                if value < old {
+                    values.lower(edit, &mut self.before, point, value.max(-self.band));
+                } else {
+                    values.look_at(edit, point);
+                }
             }
         }
     }
@@ -162,7 +198,8 @@ impl Field {
                 } else {
                     -self.points.values[point as usize]
                 };
-                self.lower(edit, point, value);
+                let (_, mut values) = self.points.of_and_values(pentahedron);
+                values.lower(edit, &mut self.before, point, value);
                 around.extend(sharing);
             }
         }
@@ -194,6 +231,7 @@ impl Field {
             open = self.take(&mut edit, &open);
             slivers = true;
         }
+
         kept.sort_by_key(|&(pentahedron, _)| pentahedron);
         kept.dedup_by_key(|&mut (pentahedron, _)| pentahedron);
         for &(pentahedron, before) in &kept {
@@ -205,9 +243,7 @@ impl Field {
                     cut.emptied.push(pentahedron);
                 }
             }
-            if let Some(chip) = &mut self.before {
-                chip.remember_kept(pentahedron, before);
-            }
+            self.before.remember_kept(pentahedron, before);
         }
         self.removed_mm3 += cut.removed_mm3;
         // Where all is kept, or nothing is and nothing was, the surface does not change.
@@ -219,12 +255,17 @@ impl Field {
             let points = self.points.of(pentahedron);
             !points.iter().all(is_kept) && (points.iter().any(is_kept) || !self.surface.is_bare(pentahedron, cell))
         };
-        let dirty = kept
+        let dirty: Vec<u32> = kept
             .into_iter()
             .map(|(pentahedron, _)| pentahedron)
             .filter(matters)
             .collect();
+
         self.renew(edit, dirty);
+
+        self.emptied.extend(&cut.emptied);
+        self.release_emptied();
+
         cut
     }
 

@@ -103,6 +103,7 @@ impl Surface {
         for &pentahedron in moved {
             self.place_vertices(mesh, points, sample, pentahedron);
         }
+
         let mut extraction = Extraction {
             mesh,
             points,

@@ -4,10 +4,11 @@ use glam::{DVec3, Vec3};
 use resecta_anatomy::wedge;
 
 use crate::FieldError;
+use crate::changes::Changes;
 use crate::chips::Before;
 use crate::mesh::Mesh;
 use crate::points::Points;
-use crate::surface::{Surface, SurfaceKind};
+use crate::surface::{Piece, Surface, SurfaceKind};
 
 /// Values are kept within this many times the longest sub-lattice edge at rest. Beyond the two ends of an edge that the
 /// boundary crosses nothing reads them; the rest is for tissue that is stretched to twice its length.
@@ -22,7 +23,9 @@ pub struct Field {
     pub(crate) points: Points,
     pub(crate) surface: Surface,
     /// What was there when the chip now being cut was begun.
-    pub(crate) before: Option<Before>,
+    pub(crate) before: Before,
+    /// Emptied pentahedra whose points that chip still needs.
+    pub(crate) emptied: Vec<u32>,
     pub(crate) band: f32,
     pub(crate) edits: u32,
     pub(crate) initial_mm3: f64,
@@ -57,7 +60,8 @@ impl Field {
             mesh,
             points: Points::default(),
             surface,
-            before: None,
+            before: Before::default(),
+            emptied: Vec::new(),
             edits: 0,
             removed_mm3: 0.0,
         })
@@ -80,6 +84,11 @@ impl Field {
     /// The surface between what is kept and what is not.
     pub fn surface(&self) -> &Surface {
         &self.surface
+    }
+
+    /// The slots of the surface that were written since this was last asked, for buffers that are written in part.
+    pub fn take_changes(&mut self) -> Changes {
+        self.surface.take_changes()
     }
 
     /// Number of pentahedra.
@@ -124,7 +133,7 @@ impl Field {
     /// Bytes that cuts and coagulation have made the field hold: values, numbers of points, finer pieces of the
     /// surface. 0 until the first.
     pub fn bytes(&self) -> usize {
-        self.points.bytes() + self.surface.bytes() + self.before.as_ref().map_or(0, Before::bytes)
+        self.points.bytes() + self.surface.bytes() + self.before.bytes()
     }
 
     /// Moves the surface's vertices to where the nodes are: one place a vertex slot, mm.
@@ -159,6 +168,20 @@ impl Field {
         })
     }
 
+    /// Gives back what emptied pentahedra held, unless a chip under way needs it.
+    pub(crate) fn release_emptied(&mut self) {
+        if self.before.is_under_way() || self.emptied.is_empty() {
+            return;
+        }
+        for pentahedron in self.emptied.drain(..) {
+            if let Some(cell) = self.points.index(pentahedron) {
+                self.surface.pieces[cell] = Piece::default();
+                self.points.release(&self.mesh, pentahedron);
+            }
+        }
+        self.surface.trim();
+    }
+
     /// Begins an edit: points that it looks at are marked with its number.
     pub(crate) fn begin_edit(&mut self) -> Edit {
         if self.edits >= u32::MAX / Edit::MARKS - 1 {
@@ -176,21 +199,6 @@ impl Field {
         if !self.points.is_touched(pentahedron) {
             self.points.touch(&self.mesh, pentahedron, self.band);
             edit.fresh.push(pentahedron);
-        }
-    }
-
-    /// Lowers the value of a point, if it is lower.
-    pub(crate) fn lower(&mut self, edit: &Edit, point: u32, value: f32) {
-        let old = &mut self.points.values[point as usize];
-        if value < *old {
-            if let Some(before) = &mut self.before {
-                before.remember_point(point, *old);
-            }
-            let turns = *old > 0.0 && value <= 0.0;
-            *old = value;
-            let mark = if turns { edit.turned() } else { edit.changed() };
-            let marked = &mut self.points.marks[point as usize];
-            *marked = mark.max(*marked);
         }
     }
 

@@ -16,7 +16,7 @@
 //! | where the surface's vertices lie, and how they are carried | `crossings.rs`, `vertices.rs` |
 //! | how they are joined, also on the rim of a cut | `extract.rs` |
 //! | faces that nothing touched, beside finer ones | `coarse.rs` |
-//! | chips | `chips.rs` |
+//! | chips | `chips.rs`, `moments.rs` |
 //! | pieces that came loose | `pieces.rs` |
 //! | coagulation | `coagulation.rs` |
 //!
@@ -35,6 +35,7 @@ mod field;
 mod lanes;
 mod lookup;
 mod mesh;
+mod moments;
 mod pieces;
 mod points;
 mod shape;

@@ -6,6 +6,8 @@
 
 use resecta_anatomy::wedge;
 
+use crate::chips::Before;
+use crate::field::Edit;
 use crate::mesh::Mesh;
 use crate::sublattice::{FACES, Place, face_corners};
 use crate::volume;
@@ -26,6 +28,39 @@ pub struct Cell {
     pub prisms_mm3: f64,
     /// Rest volume still there, mm³.
     pub kept_mm3: f64,
+}
+
+/// Values that an edit lowers.
+pub struct Values<'a> {
+    values: &'a mut [f32],
+    marks: &'a mut [u32],
+}
+
+impl Values<'_> {
+    /// Value and mark of a point.
+    #[inline(always)]
+    pub fn get(&self, point: u32) -> (f32, u32) {
+        (self.values[point as usize], self.marks[point as usize])
+    }
+
+    #[inline(always)]
+    pub fn look_at(&mut self, edit: &Edit, point: u32) {
+        self.marks[point as usize] = edit.seen;
+    }
+
+    /// Lowers the value of a point, if it is lower, and tells a chip under way.
+    #[inline(always)]
+    pub fn lower(&mut self, edit: &Edit, before: &mut Before, point: u32, value: f32) {
+        let old = &mut self.values[point as usize];
+        if value < *old {
+            before.remember_point(point, *old);
+            let turns = *old > 0.0 && value <= 0.0;
+            *old = value;
+            let mark = if turns { edit.turned() } else { edit.changed() };
+            let marked = &mut self.marks[point as usize];
+            *marked = mark.max(*marked);
+        }
+    }
 }
 
 /// Points that are numbered together.
@@ -98,6 +133,19 @@ impl Points {
         self.cell(pentahedron).map_or(&[], |cell| &cell.points)
     }
 
+    /// The same, and the values of all points to be lowered.
+    pub fn of_and_values(&mut self, pentahedron: u32) -> (&[u32], Values<'_>) {
+        let ids: &[u32] = match self.index(pentahedron) {
+            Some(index) => &self.cells[index].points,
+            None => &[],
+        };
+        let values = Values {
+            values: &mut self.values,
+            marks: &mut self.marks,
+        };
+        (ids, values)
+    }
+
     /// Gives a pentahedron that has none points, new ones with the value `band`. Nothing happens if it has them or was
     /// released.
     pub fn touch(&mut self, mesh: &Mesh, pentahedron: u32, band: f32) {
@@ -126,7 +174,6 @@ impl Points {
         };
     }
 
-    #[expect(dead_code, reason = "nothing is released yet")]
     /// Gives back the points of a pentahedron of which nothing is left, those that no other has or may get. It is never
     /// touched again.
     pub fn release(&mut self, mesh: &Mesh, pentahedron: u32) {

@@ -27,10 +27,15 @@ impl Carrier {
     /// By component.
     #[inline(always)]
     pub fn at(&self, [a, b, t]: &[Lanes; 3]) -> [Lanes; 3] {
-        std::array::from_fn(|n| {
-            let c = self.0.map(|coefficient| coefficient[n]);
-            std::array::from_fn(|l| c[0] + c[1] * a[l] + c[2] * b[l] + (c[3] + c[4] * a[l] + c[5] * b[l]) * t[l])
-        })
+        let c = &self.0;
+        let mut out = [[0.0; LANES]; 3];
+        for n in 0..3 {
+            for l in 0..LANES {
+                let start = c[0][n] + c[1][n] * a[l] + c[2][n] * b[l];
+                out[n][l] = start + (c[3][n] + c[4][n] * a[l] + c[5][n] * b[l]) * t[l];
+            }
+        }
+        out
     }
 
     /// Derivatives, each by component.
@@ -38,7 +43,13 @@ impl Carrier {
     pub fn jacobian(&self, [a, b, t]: &[Lanes; 3]) -> [[Lanes; 3]; 3] {
         let c = &self.0;
         let axis = |[p, q, r]: [usize; 3], x: &Lanes, y: &Lanes| -> [Lanes; 3] {
-            std::array::from_fn(|n| std::array::from_fn(|l| c[p][n] + c[q][n] * x[l] + c[r][n] * y[l]))
+            let mut out = [[0.0; LANES]; 3];
+            for n in 0..3 {
+                for l in 0..LANES {
+                    out[n][l] = c[p][n] + c[q][n] * x[l] + c[r][n] * y[l];
+                }
+            }
+            out
         };
         let zero = [0.0; LANES];
         [

@@ -13,7 +13,7 @@
 //! a ridge a step. So a step under way also gives points shortly behind its start that are gone already the distance
 //! that they have to the stroke as a whole, as if the step had begun where the stroke did.
 
-use glam::{DVec2, DVec3, Vec2};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use resecta_solver::{LoopPose, LoopSweep};
 
 use crate::lanes;
@@ -32,6 +32,15 @@ pub struct Swept {
     reach: f32,
     /// Places are given relative to this: the centre at the start.
     pub origin: DVec3,
+    /// From centre to centre, and the part of it that is along the first plane's normal.
+    moved: Vec3,
+    forward: f32,
+    /// The third axis at the start.
+    across: Vec3,
+    is_straight: bool,
+    /// How far sideways a profile strays from the middle one, and how far its axes turn.
+    sway: f32,
+    turn: f32,
 }
 
 impl Swept {
@@ -44,110 +53,144 @@ impl Swept {
                 ..pose
             }
         };
-        Self {
-            from: unit(sweep.from),
-            to: unit(sweep.to),
-            size: DVec2::new(0.5 * sweep.width_mm, sweep.depth_mm),
-            run: run as f32,
-            reach: reach as f32,
-            origin: sweep.from.centre,
-        }
+        let size = DVec2::new(0.5 * sweep.width_mm, sweep.depth_mm);
+        Self::between(unit(sweep.from), unit(sweep.to), size, run, reach)
     }
 
     pub fn straight(from: DVec3, to: DVec3, travel: DVec3, down: DVec3, radius: f64) -> Self {
         let pose = |centre| LoopPose { centre, travel, down };
+        Self::between(pose(from), pose(to), DVec2::splat(radius), 0.0, 0.0)
+    }
+
+    fn between(from: LoopPose, to: LoopPose, size: DVec2, run: f64, reach: f64) -> Self {
+        let moved = to.centre - from.centre;
+        let sideways = moved.reject_from_normalized(from.travel).length();
+        let turn = from.travel.distance(to.travel).max(from.down.distance(to.down));
         Self {
-            from: pose(from),
-            to: pose(to),
-            size: DVec2::splat(radius),
-            run: 0.0,
-            reach: 0.0,
-            origin: from,
+            from,
+            to,
+            size,
+            run: run as f32,
+            reach: reach as f32,
+            origin: from.centre,
+            moved: moved.as_vec3(),
+            forward: moved.dot(from.travel) as f32,
+            across: from.travel.cross(from.down).as_vec3(),
+            is_straight: from.travel == to.travel && from.down == to.down,
+            sway: (0.5 * sideways) as f32,
+            turn: (2.0 * turn) as f32,
         }
     }
 
     /// See `Prepared::distances`.
+    #[inline(always)]
     pub fn distances(&self, places: &[Lanes; 3]) -> [Lanes; 2] {
-        let moved = (self.to.centre - self.from.centre).as_vec3();
-        let travels = [self.from, self.to].map(|pose| pose.travel.as_vec3());
-        let before = lanes::dot(places, &lanes::splat(travels[0]));
-        let after = {
-            let end = moved.dot(travels[1]);
-            lanes::map(&lanes::dot(places, &lanes::splat(travels[1])), |along| along - end)
+        let [before, after] = self.heights(places);
+        let profile = if self.is_straight {
+            let scale = if self.forward == 0.0 { 0.0 } else { 1.0 / self.forward };
+            // The plane passes a place when it has come as far; beyond the ends the nearer one counts.
+            let instants = lanes::map(&before, |before| (before * scale).clamp(0.0, 1.0));
+            let offset = lanes::add_one_scaled(places, -self.moved, &instants);
+            let (x, y) = (
+                lanes::dot_one(&offset, self.across),
+                lanes::dot_one(&offset, self.from.down.as_vec3()),
+            );
+            half_ellipses(&x, &y, self.size.as_vec2())
+        } else {
+            self.turning_profiles(places, &before, &after)
         };
-        let instant = self.instants(places, &before, &after);
-        let profile = self.profiles(places, &instant);
-        let (run, reach) = (self.run, self.reach);
+        let (run, reach) = (self.run, self.run.min(self.reach));
         let mut result = [[0.0; LANES]; 2];
         for l in 0..LANES {
-            let (before, after) = (before[l], after[l]);
-            let (start, end) = (before.abs(), after.abs());
+            let (start, end) = (before[l].abs(), after[l].abs());
             let inside = profile[l].max(-(start + run).min(end));
             let height = start.min(end);
             let outside = profile[l].max(height);
-            let behind = profile[l].max(height - run).max(-end);
-            let is_looked_back_at = start < end && height < run.min(reach);
-            let gone = if is_looked_back_at {
-                behind.min(outside)
-            } else {
-                outside
-            };
-            let passes = before * after <= 0.0;
+            let behind = profile[l].max(height - run).max(-end).min(outside);
+            let is_looked_back_at = (start < end) & (height < reach);
+            let gone = if is_looked_back_at { behind } else { outside };
+            let passes = before[l] * after[l] <= 0.0;
             result[0][l] = if passes { inside } else { outside };
             result[1][l] = if passes { inside } else { gone };
         }
         result
     }
 
-    /// When the plane passes the places, as a share of the step; the nearer end where it does not. `before`, `after`:
-    /// heights over the planes at both ends.
+    /// Heights over the planes at both ends.
     #[inline(always)]
-    fn instants(&self, places: &[Lanes; 3], before: &Lanes, after: &Lanes) -> Lanes {
-        let moved = (self.to.centre - self.from.centre).as_vec3();
-        let turned = (self.to.travel - self.from.travel).as_vec3();
-        let forward = moved.dot(self.from.travel.as_vec3());
-        let a = -moved.dot(turned);
-        let turning = lanes::dot(places, &lanes::splat(turned));
-        let share = |x: f32| if x.abs() <= f32::MAX { x.clamp(0.0, 1.0) } else { 0.0 };
-        let off = |x: f32| {
-            let off = (x - x.clamp(0.0, 1.0)).abs();
-            if x.abs() <= f32::MAX { off } else { f32::MAX }
-        };
-        std::array::from_fn(|l| {
-            // c + b x + a x² = 0; the plane is on different sides of the place at 0 and 1, so one root lies between.
-            let (c, b) = (before[l], turning[l] - forward);
-            let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
-            let q = -0.5 * (b + root.copysign(b));
-            let (first, second) = (c / q, q / a);
-            let passed = if off(first) <= off(second) {
-                share(first)
-            } else {
-                share(second)
-            };
-            let nearer = if before[l].abs() < after[l].abs() { 0.0 } else { 1.0 };
-            if before[l] * after[l] <= 0.0 { passed } else { nearer }
-        })
+    fn heights(&self, places: &[Lanes; 3]) -> [Lanes; 2] {
+        let travel = self.to.travel.as_vec3();
+        let end = self.moved.dot(travel);
+        let after = lanes::map(&lanes::dot_one(places, travel), |along| along - end);
+        [lanes::dot_one(places, self.from.travel.as_vec3()), after]
     }
 
-    /// Signed distances to the half ellipse in the planes at these instants.
-    #[inline(always)]
-    fn profiles(&self, places: &[Lanes; 3], instants: &Lanes) -> Lanes {
-        let axes = [self.from.travel, self.from.down].map(|axis| lanes::splat(axis.as_vec3()));
-        let back = (self.from.centre - self.to.centre).as_vec3();
-        let offset = lanes::add_scaled(places, &lanes::splat(back), instants);
+    /// What no place within `radius` of these is nearer to the step than; of no matter where it is below 0.
+    pub fn floors(&self, places: &[Lanes; 3], radius: &Lanes) -> Lanes {
+        let [before, after] = self.heights(places);
         let size = self.size.as_vec2();
-        if self.from.travel == self.to.travel && self.from.down == self.to.down {
-            let across = lanes::splat(self.from.travel.cross(self.from.down).as_vec3());
-            return half_ellipses(&lanes::dot(&offset, &across), &lanes::dot(&offset, &axes[1]), size);
+        // The first-order distance from an ellipse is at least the way to it in the frame in which it is round.
+        let (least, inverse) = (size.min_element(), 1.0 / size);
+        let [x, y] = [self.across, self.from.down.as_vec3()].map(|axis| lanes::dot_one(places, axis));
+        let [mx, my] = [self.across, self.from.down.as_vec3()].map(|axis| axis.dot(self.moved));
+        let squares = lanes::dot(places, places);
+        let length = self.moved.length();
+        let mut floors = [0.0; LANES];
+        for l in 0..LANES {
+            // The middle line between the poses, and half of what they differ.
+            let (u, v) = ((x[l] - 0.5 * mx) * inverse.x, (y[l] - 0.5 * my).max(0.0) * inverse.y);
+            let profile = ((u * u + v * v).sqrt() - 1.0) * least;
+            let turned = self.turn * (squares[l].sqrt() + radius[l] + length);
+            let profile = profile.max(0.5 * my - y[l]) - self.sway - turned;
+            let height = if before[l] * after[l] > 0.0 {
+                before[l].abs().min(after[l].abs())
+            } else {
+                0.0
+            };
+            floors[l] = profile.max(height) - radius[l];
         }
-        let turned = lanes::splat((self.to.travel - self.from.travel).as_vec3());
-        let lowered = lanes::splat((self.to.down - self.from.down).as_vec3());
-        let travel = lanes::normalized(&lanes::add_scaled(&axes[0], &turned, instants));
-        let down = lanes::add_scaled(&axes[1], &lowered, instants);
+        floors
+    }
+
+    /// Signed distances to the half ellipse in the planes that pass the places, or in the nearer plane of the ends.
+    /// `before`, `after`: heights over the planes at both ends.
+    #[inline(always)]
+    fn turning_profiles(&self, places: &[Lanes; 3], before: &Lanes, after: &Lanes) -> Lanes {
+        let turned = (self.to.travel - self.from.travel).as_vec3();
+        let lowered = (self.to.down - self.from.down).as_vec3();
+        let a = -self.moved.dot(turned);
+        let turning = lanes::dot_one(places, turned);
+        let mut instants = [0.0; LANES];
+        for l in 0..LANES {
+            // c + b x + a x² = 0; the plane is on different sides of the place at 0 and 1, so one root lies between.
+            let (c, b) = (before[l], turning[l] - self.forward);
+            let root = (b * b - 4.0 * a * c).max(0.0).sqrt();
+            let q = -0.5 * (b + root.copysign(b));
+            let roots = [c / q, q / a];
+            let shares = roots.map(|x| if x.abs() <= f32::MAX { x.clamp(0.0, 1.0) } else { 0.0 });
+            let off = |n: usize| {
+                if roots[n].abs() <= f32::MAX {
+                    (roots[n] - shares[n]).abs()
+                } else {
+                    f32::MAX
+                }
+            };
+            let passed = if off(0) <= off(1) { shares[0] } else { shares[1] };
+            let nearer = if before[l].abs() < after[l].abs() { 0.0 } else { 1.0 };
+            instants[l] = if before[l] * after[l] <= 0.0 { passed } else { nearer };
+        }
+        let start = [self.from.travel, self.from.down].map(|axis| axis.as_vec3().to_array().map(|x| [x; LANES]));
+        let offset = lanes::add_one_scaled(places, -self.moved, &instants);
+        let travel = lanes::normalized(&lanes::add_one_scaled(&start[0], turned, &instants));
+        let down = lanes::add_one_scaled(&start[1], lowered, &instants);
         let along = lanes::map(&lanes::dot(&down, &travel), |along| -along);
         let down = lanes::normalized(&lanes::add_scaled(&down, &travel, &along));
         let across = lanes::cross(&travel, &down);
-        half_ellipses(&lanes::dot(&offset, &across), &lanes::dot(&offset, &down), size)
+        half_ellipses(
+            &lanes::dot(&offset, &across),
+            &lanes::dot(&offset, &down),
+            self.size.as_vec2(),
+        )
     }
 
     pub fn bounds(&self) -> Bounds {
@@ -186,15 +229,17 @@ impl Swept {
 fn half_ellipses(x: &Lanes, y: &Lanes, size: Vec2) -> Lanes {
     let scale = 1.0 / size;
     let middle = -size.min_element();
-    std::array::from_fn(|l| {
+    let mut out = [0.0; LANES];
+    for l in 0..LANES {
         let (u, v) = (x[l] * scale.x, y[l].max(0.0) * scale.y);
         let q = (u * u + v * v).sqrt();
         let (du, dv) = (u * scale.x, v * scale.y);
         let slope = (du * du + dv * dv).sqrt();
         let ellipse = q * (q - 1.0) / slope;
         let ellipse = if slope > 0.0 { ellipse } else { middle };
-        ellipse.max(-y[l])
-    })
+        out[l] = ellipse.max(-y[l]);
+    }
+    out
 }
 
 /// Turns the poses of a loop under current into tools that join without gaps or ridges.
@@ -262,7 +307,7 @@ mod tests {
     }
 
     fn distance(swept: &Swept, point: DVec3) -> f64 {
-        let places = lanes::splat((point - swept.origin).as_vec3());
+        let places = (point - swept.origin).as_vec3().to_array().map(|x| [x; LANES]);
         f64::from(swept.distances(&places)[0][3])
     }
 
@@ -283,6 +328,29 @@ mod tests {
             if distance.abs() > 2e-3 {
                 assert_eq!(distance < 0.0, sweep.contains(point), "{point}: {distance}");
             }
+        }
+    }
+
+    #[test]
+    fn no_place_in_a_ball_is_nearer_than_the_balls_floor() {
+        for swept in [
+            Swept::new(&turning(), 0.0, 0.0),
+            Swept::straight(DVec3::ZERO, DVec3::new(0.3, 0.2, 2.0), DVec3::Z, DVec3::Y, 2.0),
+        ] {
+            let mut left_out = 0;
+            for (n, point) in grid().enumerate().step_by(7) {
+                let radius = 0.5 + (n % 5) as f64;
+                let places = (point - swept.origin).as_vec3().to_array().map(|x| [x; LANES]);
+                let floor = f64::from(swept.floors(&places, &[radius as f32; LANES])[0]);
+                left_out += u32::from(floor > 0.5);
+                let turn = DVec3::new((n as f64).sin(), (1.7 * n as f64).cos(), (0.3 * n as f64).sin());
+                for offset in [turn, -turn, turn.any_orthogonal_vector()] {
+                    let other = point + offset.normalize() * radius;
+                    let nearest = distance(&swept, point).min(distance(&swept, other));
+                    assert!(floor <= nearest.max(0.0) + 1e-3, "{point} {other}: {floor} > {nearest}");
+                }
+            }
+            assert!(left_out > 100, "{left_out}");
         }
     }
 

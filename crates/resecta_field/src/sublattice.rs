@@ -97,6 +97,8 @@ pub struct Sublattice {
     pub divisions: Divisions,
     /// Local coordinates of every point, see `shape.rs`.
     pub places: Vec<[f64; 3]>,
+    /// The same in single precision.
+    pub near_places: Vec<[f32; 3]>,
     /// The same by component, eight points at a time; what is left of the last eight repeats the last point.
     pub lanes: Vec<[Lanes; 3]>,
     /// The part of the pentahedron that every point lies in.
@@ -130,6 +132,7 @@ impl Sublattice {
         let mut sub = Self {
             divisions,
             places: Vec::new(),
+            near_places: Vec::new(),
             lanes: Vec::new(),
             parts: Vec::new(),
             prisms: Vec::new(),
@@ -161,6 +164,8 @@ impl Sublattice {
                 }));
             }
         }
+        let near = |place: &[f64; 3]| place.map(|component| component as f32);
+        sub.near_places = sub.places.iter().map(near).collect();
         sub.lanes = sub
             .places
             .chunks(LANES)

@@ -15,6 +15,9 @@ use crate::vertices::Vertices;
 
 pub const NONE: u32 = u32::MAX;
 
+/// Free slots that are not worth giving back.
+pub const MOST_FREE: usize = 1 << 14;
+
 /// What a part of the surface is. Where kinds meet, the vertex is of the first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
@@ -70,9 +73,26 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// No triangles yet.
-    pub(crate) fn empty(mesh: &Mesh) -> Self {
+    /// No triangles, on the same nodes.
+    pub(crate) fn like(other: &Self) -> Self {
         Self {
+            vertices: Vertices::like(&other.vertices),
+            triangles: Vec::new(),
+            next: Vec::new(),
+            first: vec![NONE; other.first.len()],
+            free: Vec::new(),
+            pieces: Vec::new(),
+            coarse: Lookup::default(),
+            point_slots: Vec::new(),
+            changes: Marked::default(),
+            version: 1,
+            orders: other.orders.clone(),
+        }
+    }
+
+    /// The exposed faces of an uncut tissue.
+    pub(crate) fn of_mesh(mesh: &Mesh) -> Self {
+        let mut surface = Self {
             vertices: Vertices::new(mesh),
             triangles: Vec::new(),
             next: Vec::new(),
@@ -84,12 +104,7 @@ impl Surface {
             changes: Marked::default(),
             version: 1,
             orders: mesh.orders.clone(),
-        }
-    }
-
-    /// The exposed faces of an uncut tissue.
-    pub(crate) fn of_mesh(mesh: &Mesh) -> Self {
-        let mut surface = Self::empty(mesh);
+        };
         for (pentahedron, face) in mesh.exposed_faces() {
             surface.add_face(mesh, pentahedron, face);
         }
@@ -131,6 +146,20 @@ impl Surface {
     pub(crate) fn is_bare(&self, pentahedron: u32, cell: usize) -> bool {
         let has_vertices = self.pieces.get(cell).is_some_and(|piece| !piece.chunks.is_empty());
         self.first[pentahedron as usize] == NONE && !has_vertices
+    }
+
+    /// Gives back free slots at the end, where most are free.
+    pub(crate) fn trim(&mut self) {
+        self.vertices.trim();
+        if self.free.len() > MOST_FREE.max(self.triangles.len() / 2) {
+            let used = self.triangles.iter().rposition(|triangle| triangle[0] != NONE);
+            let count = used.map_or(0, |last| last + 1);
+            self.triangles.truncate(count);
+            self.next.truncate(count);
+            self.free.retain(|&slot| (slot as usize) < count);
+            self.triangles.shrink_to_fit();
+            self.next.shrink_to_fit();
+        }
     }
 
     /// Slots changed since the last time.

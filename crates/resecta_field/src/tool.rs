@@ -6,7 +6,7 @@ use resecta_solver::LoopSweep;
 use crate::FieldError;
 use crate::lanes;
 use crate::stroke::Swept;
-use crate::sublattice::Lanes;
+use crate::sublattice::{LANES, Lanes};
 
 /// A volume that is cut away, in the tissue's current coordinates.
 #[derive(Debug, Clone, PartialEq)]
@@ -120,6 +120,19 @@ impl Prepared {
                 [lanes::map(&squares, |square| square.sqrt() - *radius as f32); 2]
             }
             Prepared::Swept(swept) => swept.distances(places),
+        }
+    }
+
+    /// What no place within `radius` of these is nearer to the tool than, mm; of no matter where it is below 0.
+    #[inline(always)]
+    pub fn floors(&self, places: &[Lanes; 3], radius: &Lanes) -> Lanes {
+        match self {
+            Prepared::Sphere(..) => {
+                let mut floors = self.distances(places)[0];
+                (0..LANES).for_each(|l| floors[l] -= radius[l]);
+                floors
+            }
+            Prepared::Swept(swept) => swept.floors(places, radius),
         }
     }
 

@@ -9,13 +9,15 @@
 //! A normal is stored as its products with the three local axes: the cofactors of the axes bring it to any deformed
 //! state.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use crate::changes::Marked;
 use crate::mesh::Mesh;
 use crate::shape::{self, Shape};
 use crate::sublattice::{LANES, Lanes, face_corners};
-use crate::surface::SurfaceKind;
+use crate::surface::{MOST_FREE, SurfaceKind};
 
 const NONE: u32 = u32::MAX;
 
@@ -38,14 +40,21 @@ pub struct Vertex {
     pub coagulation: f32,
 }
 
+/// What never changes at a node.
+#[derive(Debug, Clone, Copy)]
+struct AtNode {
+    /// A pentahedron of an exposed node, `NONE` inside, and the corner that the node is there.
+    home: (u32, u8),
+    /// The normal in it, as in a chunk.
+    normal: [f32; 3],
+    /// Unit normal at rest of the uncut surface; zero inside.
+    rest_normal: Vec3,
+}
+
 #[derive(Debug, Clone)]
 pub struct Vertices {
     nodes: usize,
-    /// A pentahedron at every exposed node and the corner that the node is there, and the normal in it.
-    node_homes: Vec<(u32, u8)>,
-    node_normals: Vec<[f32; 3]>,
-    /// Unit normals at rest of the nodes; zero inside.
-    rest_normals: Vec<Vec3>,
+    at_nodes: Arc<[AtNode]>,
     chunks: Vec<Chunk>,
     /// Pentahedron of every chunk; `NONE` for a free one.
     owners: Vec<u32>,
@@ -63,51 +72,66 @@ pub struct Vertices {
 impl Vertices {
     pub fn new(mesh: &Mesh) -> Self {
         let nodes = mesh.rest.len();
-        let mut vertices = Self {
+        let mut kinds = vec![SurfaceKind::Cut; nodes];
+        let mut at_nodes = vec![
+            AtNode {
+                home: (NONE, 0),
+                normal: [0.0; 3],
+                rest_normal: Vec3::ZERO,
+            };
+            nodes
+        ];
+        for (pentahedron, face) in mesh.exposed_faces() {
+            for &corner in face_corners(face) {
+                let node = mesh.pentahedra[pentahedron as usize][corner] as usize;
+                kinds[node] = kinds[node].min(mesh.kind(pentahedron, face));
+                if at_nodes[node].home.0 == NONE {
+                    at_nodes[node].home = (pentahedron, corner as u8);
+                }
+            }
+            // Weighted by area.
+            for triangle in mesh.face_triangles(pentahedron, face) {
+                let [a, b, c] = triangle.map(|node| mesh.rest[node as usize]);
+                let area = (b - a).cross(c - a).as_vec3();
+                (triangle.into_iter()).for_each(|node| at_nodes[node as usize].rest_normal += area);
+            }
+        }
+        for at_node in &mut at_nodes {
+            let (pentahedron, corner) = at_node.home;
+            at_node.rest_normal = at_node.rest_normal.normalize_or_zero();
+            if pentahedron != NONE {
+                let place = corner_place(corner).map(f64::from);
+                let axes = mesh.rest_shape(pentahedron).jacobian(place);
+                at_node.normal = axes.map(|axis| axis.as_vec3().dot(at_node.rest_normal));
+            }
+        }
+        Self {
             nodes,
-            node_homes: vec![(NONE, 0); nodes],
-            node_normals: vec![[0.0; 3]; nodes],
-            rest_normals: vec![Vec3::ZERO; nodes],
+            at_nodes: at_nodes.into(),
             chunks: Vec::new(),
             owners: Vec::new(),
             used: Vec::new(),
             free: Vec::new(),
             rest: mesh.rest.iter().map(|place| place.as_vec3()).collect(),
-            kinds: vec![SurfaceKind::Cut; nodes],
+            kinds,
             coagulation: vec![0.0; nodes],
             changes: Marked::default(),
-        };
-        for (pentahedron, face) in mesh.exposed_faces() {
-            for &corner in face_corners(face) {
-                let node = mesh.pentahedra[pentahedron as usize][corner] as usize;
-                vertices.kinds[node] = vertices.kinds[node].min(mesh.kind(pentahedron, face));
-                if vertices.node_homes[node].0 == NONE {
-                    vertices.node_homes[node] = (pentahedron, corner as u8);
-                }
-            }
         }
-        vertices.set_node_normals(mesh);
-        vertices
     }
 
-    /// Means of the normals of the uncut surface, weighted by area.
-    fn set_node_normals(&mut self, mesh: &Mesh) {
-        for (pentahedron, face) in mesh.exposed_faces() {
-            for triangle in mesh.face_triangles(pentahedron, face) {
-                let [a, b, c] = triangle.map(|node| self.rest[node as usize]);
-                let area = (b - a).cross(c - a);
-                triangle
-                    .into_iter()
-                    .for_each(|node| self.rest_normals[node as usize] += area);
-            }
-        }
-        for node in 0..self.nodes {
-            let normal = self.rest_normals[node].normalize_or_zero();
-            self.rest_normals[node] = normal;
-            if let Some((pentahedron, place)) = self.home(node as u32) {
-                let axes = mesh.rest_shape(pentahedron).jacobian(place.map(f64::from));
-                self.node_normals[node] = axes.map(|axis| axis.as_vec3().dot(normal));
-            }
+    /// None but the nodes of others.
+    pub fn like(other: &Self) -> Self {
+        Self {
+            nodes: other.nodes,
+            at_nodes: other.at_nodes.clone(),
+            chunks: Vec::new(),
+            owners: Vec::new(),
+            used: Vec::new(),
+            free: Vec::new(),
+            rest: other.rest[..other.nodes].to_vec(),
+            kinds: other.kinds[..other.nodes].to_vec(),
+            coagulation: other.coagulation[..other.nodes].to_vec(),
+            changes: Marked::default(),
         }
     }
 
@@ -115,7 +139,7 @@ impl Vertices {
     pub fn surface_normal(&self, mesh: &Mesh, pentahedron: u32, [a, b, t]: [f32; 3]) -> Vec3 {
         let nodes = &mesh.pentahedra[pentahedron as usize];
         let sum: Vec3 = (nodes.iter().zip(shape::weights(a, b, t)))
-            .map(|(&node, weight)| self.rest_normals[node as usize] * weight)
+            .map(|(&node, weight)| self.at_nodes[node as usize].rest_normal * weight)
             .sum();
         sum.normalize_or_zero()
     }
@@ -146,7 +170,7 @@ impl Vertices {
         }
         let slot = slot as usize;
         if slot < self.nodes {
-            let (pentahedron, corner) = self.node_homes[slot];
+            let (pentahedron, corner) = self.at_nodes[slot].home;
             return (pentahedron != NONE).then_some((pentahedron, corner_place(corner)));
         }
         let (chunk, lane) = ((slot - self.nodes) / LANES, (slot - self.nodes) % LANES);
@@ -228,6 +252,26 @@ impl Vertices {
         });
     }
 
+    /// Gives back free chunks at the end, where most are free.
+    pub fn trim(&mut self) {
+        if LANES * self.free.len() <= MOST_FREE.max(LANES * self.chunks.len() / 2) {
+            return;
+        }
+        let used = self.owners.iter().rposition(|&owner| owner != NONE);
+        let count = used.map_or(0, |last| last + 1);
+        self.chunks.truncate(count);
+        self.owners.truncate(count);
+        self.used.truncate(count);
+        self.free.retain(|&chunk| (chunk as usize) < count);
+        let slots = self.len();
+        self.rest.truncate(slots);
+        self.kinds.truncate(slots);
+        self.coagulation.truncate(slots);
+        self.chunks.shrink_to_fit();
+        self.rest.shrink_to_fit();
+        self.coagulation.shrink_to_fit();
+    }
+
     /// Where the vertices are with the nodes at `positions`, one a node.
     pub fn places(&self, mesh: &Mesh, positions: &[Vec3], out: &mut Vec<Vec3>) {
         out.resize(self.len(), Vec3::ZERO);
@@ -255,14 +299,14 @@ impl Vertices {
         out.resize(self.len(), Vec3::ZERO);
         let (nodes, carried) = out.split_at_mut(self.nodes);
         for (n, out) in nodes.iter_mut().enumerate() {
-            let (pentahedron, corner) = self.node_homes[n];
+            let (pentahedron, corner) = self.at_nodes[n].home;
             *out = if pentahedron == NONE {
                 Vec3::ZERO
             } else {
                 let place = corner_place(corner).map(|component| [component; LANES]);
                 let along = mesh.carrier(pentahedron, positions).jacobian(&place);
                 let axes = along.map(|[x, y, z]| Vec3::new(x[0], y[0], z[0]));
-                carry(self.node_normals[n], axes)
+                carry(self.at_nodes[n].normal, axes)
             };
         }
         for ((chunk, &owner), out) in self

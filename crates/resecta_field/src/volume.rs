@@ -7,7 +7,7 @@
 //!
 //! [`wedge::volume`]: resecta_anatomy::wedge::volume
 
-use glam::{DMat4, DVec3};
+use glam::DVec3;
 
 use crate::mesh::Mesh;
 use crate::points::Points;
@@ -33,62 +33,31 @@ pub fn tetrahedra<K: PartialOrd + Copy>(keys: [K; 6]) -> [[usize; 4]; 3] {
 }
 
 /// Share of a tetrahedron in which the linear function with these corner values is positive.
-pub fn kept_share(v: [f64; 4]) -> f64 {
-    let along = |from: f64, to: f64| from / (from - to);
-    // Of the corner n alone beside the three others.
-    let tip = |n: usize| (1..4).map(|other| along(v[n], v[(n + other) % 4])).product::<f64>();
-    let positive = v.map(|value| value > 0.0);
-    let only = |sign: bool| positive.iter().position(|&positive| positive == sign).unwrap_or(0);
-    match positive.iter().filter(|&&positive| positive).count() {
+pub fn kept_share(values: [f64; 4]) -> f64 {
+    // The positive ones first.
+    let mut v = [0.0; 4];
+    let mut count = 0;
+    let mut last = 4;
+    for value in values {
+        if value > 0.0 {
+            v[count] = value;
+            count += 1;
+        } else {
+            last -= 1;
+            v[last] = value;
+        }
+    }
+    let along = |from: usize, to: usize| v[from] / (v[from] - v[to]);
+    match count {
         0 => 0.0,
-        1 => tip(only(true)),
+        1 => along(0, 1) * along(0, 2) * along(0, 3),
         2 => {
-            let (a, c) = (only(true), only(false));
-            let b = 3 - (0..4).rev().position(|n| positive[n]).unwrap_or(0);
-            let d = 3 - (0..4).rev().position(|n| !positive[n]).unwrap_or(0);
-            let [ac, ad, bc, bd] = [[a, c], [a, d], [b, c], [b, d]].map(|[from, to]| along(v[from], v[to]));
+            let (ac, ad, bc, bd) = (along(0, 2), along(0, 3), along(1, 2), along(1, 3));
             ac * ad + bc * bd * (1.0 - ad) + bc * ad * (1.0 - ac)
         }
-        3 => 1.0 - tip(only(false)),
+        3 => 1.0 - along(3, 0) * along(3, 1) * along(3, 2),
         _ => 1.0,
     }
-}
-
-/// The part of a tetrahedron in which the linear function with these corner values is positive, as tetrahedra whose
-/// corners are given by their weights.
-pub fn kept_parts(values: [f64; 4]) -> Vec<[[f64; 4]; 4]> {
-    let mut order = [0, 1, 2, 3];
-    order.sort_by(|&a, &b| values[b].total_cmp(&values[a]));
-    let corner = |n: usize| std::array::from_fn(|other| f64::from(u8::from(other == order[n])));
-    let cross = |from: usize, to: usize| {
-        let (from, to) = (order[from], order[to]);
-        let share = values[from] / (values[from] - values[to]);
-        let mut weights = [0.0; 4];
-        (weights[from], weights[to]) = (1.0 - share, share);
-        weights
-    };
-    match values.iter().filter(|&&value| value > 0.0).count() {
-        0 => Vec::new(),
-        1 => vec![[corner(0), cross(0, 1), cross(0, 2), cross(0, 3)]],
-        // The roof between the edge (0, 1) and its four crossings.
-        2 => vec![
-            [corner(0), cross(0, 2), cross(0, 3), corner(1)],
-            [corner(1), cross(1, 2), cross(1, 3), cross(0, 3)],
-            [corner(1), cross(0, 2), cross(0, 3), cross(1, 2)],
-        ],
-        // The frustum below the last corner.
-        3 => vec![
-            [corner(0), corner(1), corner(2), cross(0, 3)],
-            [corner(1), corner(2), cross(0, 3), cross(1, 3)],
-            [corner(2), cross(0, 3), cross(1, 3), cross(2, 3)],
-        ],
-        _ => vec![[corner(0), corner(1), corner(2), corner(3)]],
-    }
-}
-
-/// Share of a tetrahedron that a part of it takes.
-pub fn share(part: &[[f64; 4]; 4]) -> f64 {
-    DMat4::from_cols_array_2d(part).determinant().abs()
 }
 
 pub fn tetrahedron_volume([a, b, c, d]: [DVec3; 4]) -> f64 {
@@ -114,11 +83,12 @@ pub fn prisms_mm3(mesh: &Mesh, pentahedron: u32) -> f64 {
 }
 
 /// Share of a prism in which the value is not positive.
-fn removed_share(place: [DVec3; 6], values: [f32; 6]) -> f64 {
+fn removed_share(place: &[DVec3; 6], values: &[f32; 6]) -> f64 {
     let (mut removed, mut sum) = (0.0, 0.0);
-    for tetrahedron in tetrahedra(values) {
-        let volume = tetrahedron_volume(tetrahedron.map(|corner| place[corner]));
-        removed += volume * (1.0 - kept_share(tetrahedron.map(|corner| f64::from(values[corner]))));
+    for [a, b, c, d] in tetrahedra(*values) {
+        let volume = tetrahedron_volume([place[a], place[b], place[c], place[d]]);
+        let kept = kept_share([values[a], values[b], values[c], values[d]].map(f64::from));
+        removed += volume * (1.0 - kept);
         sum += volume;
     }
     if sum > 0.0 { removed / sum } else { 1.0 }
@@ -131,30 +101,38 @@ pub fn measure(mesh: &Mesh, points: &mut Points, pentahedron: u32, changed: u32)
         return;
     };
     let (cell, values, marks) = points.cell_and_values(index);
-    let local: Vec<(f32, bool)> = (cell.points.iter())
-        .map(|&point| (values[point as usize], marks[point as usize] >= changed))
-        .collect();
-    if local.iter().all(|&(value, _)| value > 0.0) {
+    let local: Vec<f32> = cell.points.iter().map(|&point| values[point as usize]).collect();
+    if local.iter().all(|&value| value > 0.0) {
         return;
     }
-    if local.iter().all(|&(value, _)| value <= 0.0) {
+    if local.iter().all(|&value| value <= 0.0) {
         cell.kept_mm3 = 0.0;
         return;
     }
+    let is_changed: Vec<bool> = (cell.points.iter())
+        .map(|&point| marks[point as usize] >= changed)
+        .collect();
     let shape = mesh.rest_shape(pentahedron);
     let sub = mesh.sub(pentahedron);
     for (prism, removed) in sub.prisms.iter().zip(&mut cell.removed_mm3) {
-        let corners = prism.map(|corner| local[corner as usize]);
-        let is_whole = corners.iter().all(|&(value, _)| value > 0.0);
-        if is_whole || !corners.iter().any(|&(_, is_changed)| is_changed) {
+        let (mut positive, mut dirty) = (0, false);
+        let mut values = [0.0; 6];
+        for (value, &corner) in values.iter_mut().zip(prism) {
+            *value = local[corner as usize];
+            positive += u32::from(*value > 0.0);
+            dirty |= is_changed[corner as usize];
+        }
+        if !dirty || positive == 6 {
             continue;
         }
-        let place = prism.map(|corner| shape.at(sub.places[corner as usize]));
-        let values = corners.map(|(value, _)| value);
-        let share = if values.iter().all(|&value| value <= 0.0) {
+        let mut place = [DVec3::ZERO; 6];
+        for (place, &corner) in place.iter_mut().zip(prism) {
+            *place = shape.at(sub.places[corner as usize]);
+        }
+        let share = if positive == 0 {
             1.0
         } else {
-            removed_share(place, values)
+            removed_share(&place, &values)
         };
         *removed = (share * prism_volume(place)) as f32;
     }
@@ -214,18 +192,6 @@ mod tests {
         for c in [0.1, 0.5, 0.9] {
             let share = kept_share([c, c - 1.0, c - 1.0, c]);
             assert!((share - 3.0 * c * c + 2.0 * c.powi(3)).abs() < 1e-12, "{share}");
-        }
-    }
-
-    #[test]
-    fn the_parts_have_the_share() {
-        for n in 1..15 {
-            let values = std::array::from_fn(|corner| {
-                let size = 0.1 + 0.37 * ((n * 7 + corner * 3) % 5) as f64;
-                if n >> corner & 1 == 1 { size } else { -size }
-            });
-            let sum: f64 = kept_parts(values).iter().map(share).sum();
-            assert!((sum - kept_share(values)).abs() < 1e-12, "{values:?}: {sum}");
         }
     }
 }

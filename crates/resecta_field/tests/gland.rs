@@ -21,14 +21,31 @@ fn pose(angle: f64, radius: f64, z: f64) -> LoopPose {
     }
 }
 
-struct Costs {
-    steps: u32,
-    sum: Duration,
-    worst: Duration,
+/// Times of a kind of call.
+#[derive(Default)]
+struct Times(Vec<Duration>);
+
+impl Times {
+    fn take<T>(&mut self, call: impl FnOnce() -> T) -> T {
+        let start = Instant::now();
+        let result = call();
+        self.0.push(start.elapsed());
+        result
+    }
+}
+
+impl std::fmt::Display for Times {
+    /// Median, 99th percentile and largest, ms.
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let mut times = self.0.clone();
+        times.sort_unstable();
+        let at = |share: f64| times[(share * (times.len() - 1) as f64).round() as usize].as_secs_f64() * 1e3;
+        write!(f, "{:.2}/{:.2}/{:.2} ms", at(0.5), at(0.99), at(1.0))
+    }
 }
 
 /// Pulls the loop over the whole length of the tube.
-fn pull(field: &mut Field, positions: &[Vec3], angle: f64, radius: f64, length: f64, costs: &mut Costs) -> f64 {
+fn pull(field: &mut Field, positions: &[Vec3], angle: f64, radius: f64, length: f64, times: &mut Times) -> f64 {
     let mut removed = 0.0;
     let mut z = length + 1.0;
     let mut stroke = LoopStroke::new(pose(angle, radius, z), 6.5, 4.5);
@@ -36,12 +53,10 @@ fn pull(field: &mut Field, positions: &[Vec3], angle: f64, radius: f64, length: 
     while z > -1.0 {
         z -= STEP_MM;
         let tool = stroke.step_to(pose(angle, radius, z));
-        let start = Instant::now();
-        removed += field.cut(&tool, positions).expect("a good tool").removed_mm3;
-        let took = start.elapsed();
-        costs.steps += 1;
-        costs.sum += took;
-        costs.worst = costs.worst.max(took);
+        removed += times
+            .take(|| field.cut(&tool, positions))
+            .expect("a good tool")
+            .removed_mm3;
     }
     removed
 }
@@ -55,23 +70,19 @@ fn a_gland_is_cut_from_end_to_end() {
     let mut chips = 0.0;
     let begin = Instant::now();
     for (round, radius) in [4.0, 7.0, 10.0, 13.0].into_iter().enumerate() {
-        let mut costs = Costs {
-            steps: 0,
-            sum: Duration::ZERO,
-            worst: Duration::ZERO,
-        };
-        let (mut taking, mut count) = (Duration::ZERO, 0);
+        let (mut steps, mut taking) = (Times::default(), Times::default());
         // As many pulls as leave no ridge between them.
         let pulls = (std::f64::consts::TAU * (radius + 2.0) / 4.0).ceil() as i32;
         for n in 0..pulls {
             let angle = std::f64::consts::TAU * f64::from(n) / f64::from(pulls);
-            let removed = pull(&mut field, &positions, angle, radius, 35.0, &mut costs);
-            let start = Instant::now();
-            if let Some(chip) = field.take_chip(&positions).expect("good positions") {
+            let removed = pull(&mut field, &positions, angle, radius, 35.0, &mut steps);
+            if false {
+                field.begin_chip();
+            }
+            if let Some(chip) = taking.take(|| field.take_chip(&positions)).expect("good positions") {
                 assert!((chip.rest_volume_mm3 - removed).abs() < 1e-6);
                 chips += chip.rest_volume_mm3;
             }
-            (taking, count) = (taking + start.elapsed(), count + 1);
         }
         let (mut places, mut normals) = (Vec::new(), Vec::new());
         let start = Instant::now();
@@ -84,11 +95,8 @@ fn a_gland_is_cut_from_end_to_end() {
         let start = Instant::now();
         field.move_normals(&positions, &mut normals).expect("as many as nodes");
         println!(
-            "round {round}: a step {:.2} ms, at most {:.2}; a chip {:.2} ms; {:.1} MB; {} slots move in {:.3} ms (first {:.3}), \
+            "round {round}: a step {steps}; a chip {taking}; {:.1} MB; {} slots move in {:.3} ms (first {:.3}), \
              normals {:.3} ms; {} triangles",
-            costs.sum.as_secs_f64() * 1e3 / f64::from(costs.steps),
-            costs.worst.as_secs_f64() * 1e3,
-            taking.as_secs_f64() * 1e3 / f64::from(count),
             field.bytes() as f64 / 1e6,
             places.len(),
             moved.as_secs_f64() * 1e3,
@@ -113,13 +121,8 @@ fn a_trench_can_be_looked_at() {
     let mut field = tube_field(&lattice, 0.5);
     let bend = |place: DVec3| place + DVec3::new(0.006 * place.z * place.z, 0.0, 0.0);
     let positions = current(&lattice.positions, bend);
-    let mut costs = Costs {
-        steps: 0,
-        sum: Duration::ZERO,
-        worst: Duration::ZERO,
-    };
     for angle in [0.2, 0.75] {
-        pull(&mut field, &positions, angle, 4.0, 24.0, &mut costs);
+        pull(&mut field, &positions, angle, 4.0, 24.0, &mut Times::default());
     }
     let chip = field.take_chip(&positions).expect("good positions").expect("a chip");
     assert_sound(&field, "trench");
