@@ -46,6 +46,14 @@ impl Before {
         self.kept.clear();
     }
 
+    /// Forgets points that are no more; none may be remembered.
+    pub fn trim(&mut self, points: usize) {
+        if points < self.values.len() {
+            self.values.truncate(points);
+            self.values.shrink_to_fit();
+        }
+    }
+
     #[inline(always)]
     pub fn remember_point(&mut self, point: u32, value: f32) {
         if !self.is_under_way {
@@ -121,7 +129,9 @@ impl Field {
         }
         let chip = self.chip(positions);
         self.before.end();
+
         self.release_emptied();
+
         Ok(chip)
     }
 
@@ -159,12 +169,14 @@ impl Field {
         };
         let mut surface = Surface::like(&self.surface);
         // Elsewhere the chip's values are nowhere positive.
+
         let is_part = |&point: &u32| {
             self.points.values[point as usize] < 0.0 && before.value(point).is_some_and(|before| before > 0.0)
         };
         let pentahedra: Vec<u32> = (before.kept.keys().copied())
             .filter(|&pentahedron| self.points.of(pentahedron).iter().any(is_part))
             .collect();
+
         surface.update(&self.mesh, &self.points, sample, &pentahedra, &pentahedra);
 
         let mut places = Vec::new();
@@ -181,6 +193,7 @@ impl Field {
             }
             chip.triangles.push(triangle.map(|slot| number[slot as usize]));
         }
+
         chip.normals = vec![Vec3::ZERO; chip.vertices.len()];
         for triangle in &chip.triangles {
             let [a, b, c] = triangle.map(|vertex| chip.vertices[vertex as usize]);

@@ -222,7 +222,7 @@ impl Field {
             for &pentahedron in &open {
                 let before = self.kept_mm3(pentahedron);
                 kept.push((pentahedron, before));
-                volume::measure(&self.mesh, &mut self.points, pentahedron, edit.changed());
+                volume::measure(&self.mesh, &mut self.points, pentahedron, &edit);
                 if slivers {
                     cut.slivers_mm3 += before - self.kept_mm3(pentahedron);
                 }

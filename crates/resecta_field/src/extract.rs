@@ -71,6 +71,28 @@ struct At<'a> {
     prism: usize,
 }
 
+impl At<'_> {
+    /// The corner of the prism that is this point, as a point of the pentahedron.
+    fn local(&self, point: u32) -> u32 {
+        let corners = &self.sub.prisms[self.prism];
+        let mut points = [0; 6];
+        for (point, &corner) in points.iter_mut().zip(corners) {
+            *point = self.points[corner as usize];
+        }
+        corners[find(&points, point)]
+    }
+}
+
+/// Where a number stands, without branches: which corner it is cannot be foretold.
+#[inline(always)]
+fn find(numbers: &[u32; 6], number: u32) -> usize {
+    let mut at = 0;
+    for (n, &other) in numbers.iter().enumerate() {
+        at = if other == number { n } else { at };
+    }
+    at
+}
+
 struct Extraction<'a, V> {
     mesh: &'a Mesh,
     points: &'a Points,
@@ -100,6 +122,7 @@ impl Surface {
     ) {
         self.pieces.resize_with(points.cell_count(), Piece::default);
         self.point_slots.resize(points.values.len(), NONE);
+
         for &pentahedron in moved {
             self.place_vertices(mesh, points, sample, pentahedron);
         }
@@ -163,13 +186,12 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
             if first.piece.duals[prism] == NONE {
                 continue;
             }
-            let kept = corners.map(|corner| kept[corner as usize]);
-            for (edge, [a, b]) in wedge::EDGES.into_iter().enumerate() {
+            for (edge, &[a, b]) in wedge::EDGES.iter().enumerate() {
+                let (a, b) = (corners[a] as usize, corners[b] as usize);
                 let done = self.done[self.begin[first.cell] as usize + prism] >> edge & 1 == 1;
                 if kept[a] != kept[b] && !done {
-                    let [k, m] = if kept[a] { [a, b] } else { [b, a] };
-                    let ends = [k, m].map(|corner| first.points[corners[corner] as usize]);
-                    self.around(At { prism, ..first }, ends);
+                    let (k, m) = if kept[a] { (a, b) } else { (b, a) };
+                    self.around(At { prism, ..first }, [first.points[k], first.points[m]]);
                 }
             }
         }
@@ -227,24 +249,25 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
         owner: &mut u32,
     ) -> Option<(At<'a>, usize)> {
         let mut at = start;
+        // The edge's ends as points of the pentahedron that the walk is in.
+        let [mut local_from, mut local_to] = [at.local(from), at.local(to)];
         for _ in 0..MOST_AROUND {
             let corners = &at.sub.prisms[at.prism];
-            let corner = |point: u32| {
-                corners
-                    .iter()
-                    .position(|&corner| at.points[corner as usize] == point)
-                    .unwrap_or(0)
-            };
-            let (a, b) = (corner(from), corner(to));
+            let corner = |local: u32| find(corners, local);
+            let (a, b) = (corner(local_from), corner(local_to));
             polygon.push(at.piece.duals[at.prism]);
             *owner = at.pentahedron.min(*owner);
-            if self.begin[at.cell] != NONE {
-                self.done[self.begin[at.cell] as usize + at.prism] |= 1 << CORNERS.edge[a][b];
+            let begin = self.begin[at.cell];
+            if begin != NONE {
+                self.done[begin as usize + at.prism] |= 1 << CORNERS.edge[a][b];
             }
             let face = usize::from(CORNERS.left[a][b]);
             let Some(next) = self.across(&at, face) else {
                 return Some((at, face));
             };
+            if next.pentahedron != at.pentahedron {
+                (local_from, local_to) = (next.local(from), next.local(to));
+            }
             at = next;
             if at.prism == start.prism && at.pentahedron == start.pentahedron {
                 break;

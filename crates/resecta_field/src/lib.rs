@@ -20,6 +20,16 @@
 //! | pieces that came loose | `pieces.rs` |
 //! | coagulation | `coagulation.rs` |
 //!
+//! A step of a stroke, as a caller sees it:
+//!
+//! 1. [`LoopStroke::step_to`] makes a [`Tool`] of the loop's next pose, and [`Field::cut`] takes it away, the nodes being
+//!    where they are. [`Cut`] lists the pentahedra that lost something, what, and those of which nothing is left.
+//! 2. [`Field::fill`] of those is what their mass and stiffness are multiplied with, 0 to 1; an emptied one goes.
+//! 3. [`Field::loose_pieces`] around them finds what hangs by nothing; [`Field::empty`] takes it away.
+//! 4. [`Field::take_changes`] lists the slots of vertices and triangles to write anew; [`Field::move_vertices`] and
+//!    [`Field::move_normals`] place all of them. A vertex's pentahedron and weights ([`Surface::carrier`]) are also what a
+//!    force on the surface acts on.
+//!
 //! Lengths are mm. The same input gives the same bytes: indices alone decide every order.
 
 mod changes;

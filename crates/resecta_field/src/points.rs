@@ -10,6 +10,7 @@ use crate::chips::Before;
 use crate::field::Edit;
 use crate::mesh::Mesh;
 use crate::sublattice::{FACES, Place, face_corners};
+use crate::surface::MOST_FREE;
 use crate::volume;
 
 const NONE: u32 = u32::MAX;
@@ -85,8 +86,9 @@ pub struct Points {
     /// Points inside edges, counted from the smaller node.
     edges: Vec<Block>,
     faces: Vec<Block>,
-    /// First numbers of free blocks, by their length.
+    /// First numbers of free blocks, by their length, and how many points they have.
     free: Vec<Vec<u32>>,
+    free_points: usize,
     /// Index of every pentahedron's cell; empty until something is touched.
     cell_of: Vec<u32>,
     cells: Vec<Cell>,
@@ -204,6 +206,7 @@ impl Points {
                 self.free.resize(count + 1, Vec::new());
             }
             self.free[count].push(first);
+            self.free_points += count;
         }
         let empty = Cell {
             points: Box::default(),
@@ -214,6 +217,33 @@ impl Points {
         self.cells[index] = empty;
         self.free_cells.push(index as u32);
         self.cell_of[n] = RELEASED;
+    }
+
+    /// Gives back free points at the end, where most are free.
+    pub fn trim(&mut self) {
+        if self.free_points <= MOST_FREE.max(self.values.len() / 2) {
+            return;
+        }
+        let mut blocks: Vec<(usize, usize)> = (self.free.iter().enumerate())
+            .flat_map(|(count, firsts)| firsts.iter().map(move |&first| (first as usize, count)))
+            .collect();
+        blocks.sort_unstable();
+        let mut end = self.values.len();
+        while blocks.last().is_some_and(|&(first, count)| first + count == end) {
+            if let Some((first, count)) = blocks.pop() {
+                end = first;
+                self.free_points -= count;
+            }
+        }
+        for firsts in &mut self.free {
+            firsts.retain(|&first| (first as usize) < end);
+        }
+        for values in [&mut self.values, &mut self.coagulation] {
+            values.truncate(end);
+            values.shrink_to_fit();
+        }
+        self.marks.truncate(end);
+        self.marks.shrink_to_fit();
     }
 
     /// Point inside an edge of a pentahedron, by its steps from the edge's first corner; none if nothing touched the
@@ -248,10 +278,12 @@ impl Points {
             edges,
             faces,
             free,
+            free_points,
             ..
         } = self;
         let mut new = |count: usize| -> u32 {
             if let Some(first) = free.get_mut(count).and_then(Vec::pop) {
+                *free_points -= count;
                 let range = first as usize..first as usize + count;
                 values[range.clone()].fill(band);
                 marks[range.clone()].fill(0);

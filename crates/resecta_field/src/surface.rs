@@ -148,9 +148,13 @@ impl Surface {
         self.first[pentahedron as usize] == NONE && !has_vertices
     }
 
-    /// Gives back free slots at the end, where most are free.
-    pub(crate) fn trim(&mut self) {
+    /// Gives back free slots at the end, where most are free. `points`: how many there are.
+    pub(crate) fn trim(&mut self, points: usize) {
         self.vertices.trim();
+        if points < self.point_slots.len() {
+            self.point_slots.truncate(points);
+            self.point_slots.shrink_to_fit();
+        }
         if self.free.len() > MOST_FREE.max(self.triangles.len() / 2) {
             let used = self.triangles.iter().rposition(|triangle| triangle[0] != NONE);
             let count = used.map_or(0, |last| last + 1);

@@ -9,6 +9,7 @@
 
 use glam::DVec3;
 
+use crate::field::Edit;
 use crate::mesh::Mesh;
 use crate::points::Points;
 
@@ -94,9 +95,8 @@ fn removed_share(place: &[DVec3; 6], values: &[f32; 6]) -> f64 {
     if sum > 0.0 { removed / sum } else { 1.0 }
 }
 
-/// Sets the cell's kept volume from the values. Sub-prisms of which no point has at least the mark `changed` are as
-/// they were.
-pub fn measure(mesh: &Mesh, points: &mut Points, pentahedron: u32, changed: u32) {
+/// Sets the cell's kept volume from the values. Sub-prisms of which the edit changed no point are as they were.
+pub fn measure(mesh: &Mesh, points: &mut Points, pentahedron: u32, edit: &Edit) {
     let Some(index) = points.index(pentahedron) else {
         return;
     };
@@ -109,20 +109,20 @@ pub fn measure(mesh: &Mesh, points: &mut Points, pentahedron: u32, changed: u32)
         cell.kept_mm3 = 0.0;
         return;
     }
-    let is_changed: Vec<bool> = (cell.points.iter())
-        .map(|&point| marks[point as usize] >= changed)
-        .collect();
+    let marks: Vec<u32> = cell.points.iter().map(|&point| marks[point as usize]).collect();
     let shape = mesh.rest_shape(pentahedron);
     let sub = mesh.sub(pentahedron);
     for (prism, removed) in sub.prisms.iter().zip(&mut cell.removed_mm3) {
-        let (mut positive, mut dirty) = (0, false);
+        let (mut positive, mut mark) = (0, 0);
         let mut values = [0.0; 6];
         for (value, &corner) in values.iter_mut().zip(prism) {
             *value = local[corner as usize];
             positive += u32::from(*value > 0.0);
-            dirty |= is_changed[corner as usize];
+            mark = marks[corner as usize].max(mark);
         }
-        if !dirty || positive == 6 {
+        // What was gone already stays so.
+        let least = if positive == 0 { edit.turned() } else { edit.changed() };
+        if mark < least || positive == 6 {
             continue;
         }
         let mut place = [DVec3::ZERO; 6];

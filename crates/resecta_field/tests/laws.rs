@@ -2,51 +2,13 @@
 
 mod common;
 
-use common::{assert_closed, assert_sound, block, block_field, chip_is_closed, current, enclosed, tube, tube_field};
+use common::{
+    Random, assert_closed, assert_sound, block, block_field, chip_is_closed, current, deformed, enclosed, tube,
+    tube_field,
+};
 use glam::{DVec3, Vec3};
 use resecta_field::{Field, LoopStroke, SurfaceKind, Tool};
 use resecta_solver::LoopPose;
-
-/// Numbers between 0 and 1 that are always the same.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-
-    fn direction(&mut self) -> DVec3 {
-        loop {
-            let vector = DVec3::new(
-                self.between(-1.0, 1.0),
-                self.between(-1.0, 1.0),
-                self.between(-1.0, 1.0),
-            );
-            if (0.1..1.0).contains(&vector.length()) {
-                return vector.normalize();
-            }
-        }
-    }
-}
-
-/// A tube twisted, bent and squeezed.
-fn deformed(place: DVec3) -> DVec3 {
-    let turn = 0.02 * place.z;
-    let (sin, cos) = turn.sin_cos();
-    DVec3::new(
-        cos * place.x - sin * place.y + 0.01 * place.z * place.z,
-        0.9 * (sin * place.x + cos * place.y),
-        1.1 * place.z + 0.5 * (0.2 * place.x).sin(),
-    )
-}
 
 /// A stroke of a few steps through a place on the tube, in any pose, some of them turning.
 fn random_stroke(random: &mut Random) -> Vec<Tool> {

@@ -73,6 +73,47 @@ pub fn current(rest: &[DVec3], place: impl Fn(DVec3) -> DVec3) -> Vec<Vec3> {
     rest.iter().map(|&position| place(position).as_vec3()).collect()
 }
 
+/// Numbers between 0 and 1 that are always the same.
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    pub fn direction(&mut self) -> DVec3 {
+        loop {
+            let vector = DVec3::new(
+                self.between(-1.0, 1.0),
+                self.between(-1.0, 1.0),
+                self.between(-1.0, 1.0),
+            );
+            if (0.1..1.0).contains(&vector.length()) {
+                return vector.normalize();
+            }
+        }
+    }
+}
+
+/// A tube twisted, bent and squeezed.
+pub fn deformed(place: DVec3) -> DVec3 {
+    let turn = 0.02 * place.z;
+    let (sin, cos) = turn.sin_cos();
+    DVec3::new(
+        cos * place.x - sin * place.y + 0.01 * place.z * place.z,
+        0.9 * (sin * place.x + cos * place.y),
+        1.1 * place.z + 0.5 * (0.2 * place.x).sin(),
+    )
+}
+
 /// Every directed edge must come as often as its opposite.
 pub fn assert_closed(triangles: impl Iterator<Item = [u32; 3]>, what: &str) {
     let mut balance: HashMap<[u32; 2], i32> = HashMap::new();
