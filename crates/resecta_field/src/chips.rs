@@ -129,9 +129,7 @@ impl Field {
         }
         let chip = self.chip(positions);
         self.before.end();
-
         self.release_emptied();
-
         Ok(chip)
     }
 
@@ -151,9 +149,7 @@ impl Field {
             inertia: DMat3::ZERO,
         };
         self.skin(positions, &mut chip);
-
         (chip.centre, chip.inertia) = self.moments(&chip, positions).about_centre(rest_volume_mm3);
-
         Some(chip)
     }
 
@@ -164,21 +160,19 @@ impl Field {
             let after = self.points.values[point as usize];
             Sample {
                 value: before.value(point).map_or(-after.abs(), |before| before.min(-after)),
-                is_changed: false,
+                is_changed: true,
+                is_turned: true,
             }
         };
         let mut surface = Surface::like(&self.surface);
         // Elsewhere the chip's values are nowhere positive.
-
         let is_part = |&point: &u32| {
             self.points.values[point as usize] < 0.0 && before.value(point).is_some_and(|before| before > 0.0)
         };
         let pentahedra: Vec<u32> = (before.kept.keys().copied())
             .filter(|&pentahedron| self.points.of(pentahedron).iter().any(is_part))
             .collect();
-
         surface.update(&self.mesh, &self.points, sample, &pentahedra, &pentahedra);
-
         let mut places = Vec::new();
         surface.vertices.places(&self.mesh, positions, &mut places);
         let mut number = vec![NONE; places.len()];
@@ -193,7 +187,6 @@ impl Field {
             }
             chip.triangles.push(triangle.map(|slot| number[slot as usize]));
         }
-
         chip.normals = vec![Vec3::ZERO; chip.vertices.len()];
         for triangle in &chip.triangles {
             let [a, b, c] = triangle.map(|vertex| chip.vertices[vertex as usize]);

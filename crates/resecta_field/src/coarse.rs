@@ -39,7 +39,7 @@ impl Surface {
     }
 
     fn renew_coarse(&mut self, mesh: &Mesh, points: &Points, pentahedron: u32) {
-        self.clear(pentahedron);
+        self.drop_triangles(pentahedron, |_| true);
         self.remove_centres(pentahedron);
         let mut coarse = Coarse::default();
         let shape = mesh.rest_shape(pentahedron);
@@ -62,7 +62,7 @@ impl Surface {
             self.vertices.set(centre, &vertex, &shape);
             coarse.centres.push(centre);
             for (from, to) in sides(&outline) {
-                self.add(pentahedron, [centre, from, to]);
+                self.add(pentahedron, NONE, [centre, from, to]);
             }
         }
         self.coarse.insert(pentahedron, coarse);

@@ -23,8 +23,9 @@ const SIDES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 #[derive(Debug, Clone, Copy)]
 pub struct Sample {
     pub value: f32,
-    /// Whether it was changed since the last update.
+    /// Whether it was changed since the last update, and whether it was removed.
     pub is_changed: bool,
+    pub is_turned: bool,
 }
 
 /// The fine triangles of a cell on the boundary, as local points, outward. Quadrilaterals are cut as the tetrahedra

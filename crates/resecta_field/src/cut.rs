@@ -49,16 +49,13 @@ impl Field {
             return Ok(Cut::default());
         };
         let mut near = self.near(&tool.bounds(), positions);
-
         let mut edit = self.begin_edit();
         let mut distances = Vec::new();
         self.leave_out(&tool, positions, &mut near);
         for &pentahedron in &near {
             self.evaluate(&mut edit, &tool, pentahedron, positions, &mut distances);
         }
-
         let changed = self.marked(edit.changed(), &near);
-
         Ok(self.finish(edit, changed))
     }
 
@@ -231,7 +228,6 @@ impl Field {
             open = self.take(&mut edit, &open);
             slivers = true;
         }
-
         kept.sort_by_key(|&(pentahedron, _)| pentahedron);
         kept.dedup_by_key(|&mut (pentahedron, _)| pentahedron);
         for &(pentahedron, before) in &kept {
@@ -260,12 +256,9 @@ impl Field {
             .map(|(pentahedron, _)| pentahedron)
             .filter(matters)
             .collect();
-
         self.renew(edit, dirty);
-
         self.emptied.extend(&cut.emptied);
         self.release_emptied();
-
         cut
     }
 
@@ -281,10 +274,12 @@ impl Field {
         turned.extend(&edit.fresh);
         turned.sort_unstable();
         turned.dedup();
-        let (points, changed) = (&self.points, edit.changed());
+        let points = &self.points;
+        let (changes, turns) = (edit.changed(), edit.turned());
         let sample = |point: u32| Sample {
             value: points.values[point as usize],
-            is_changed: points.marks[point as usize] >= changed,
+            is_changed: points.marks[point as usize] >= changes,
+            is_turned: points.marks[point as usize] >= turns,
         };
         self.surface.update(&self.mesh, points, sample, &dirty, &turned);
         self.surface.join_coarse(&self.mesh, points, &edit.fresh);

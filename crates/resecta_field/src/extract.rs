@@ -2,7 +2,8 @@
 //!
 //! Around every sub-lattice edge between a kept point `k` and a removed one `m` stands the polygon of the vertices of
 //! the sub-prisms around it, counter-clockwise about the direction from `k` to `m`. Its sides join prisms that share a
-//! face; a face has as many such edges in one sense as in the other, so every side has its opposite.
+//! face; a face has as many such edges in one sense as in the other, so every side has its opposite. Values only fall:
+//! the polygon comes when `m` is removed and stays until `k` is.
 //!
 //! An edge on the exposed surface has a fan of prisms between two exposed fine triangles. Its polygon begins and ends
 //! in the rim vertices of these two, and the triangle of `k` and both rims closes it on the exposed surface. Where the
@@ -102,14 +103,14 @@ struct Extraction<'a, V> {
     begin: Vec<u32>,
     /// A bit for every edge of a prism whose polygon is done.
     done: Vec<u16>,
-    /// Triangles and the pentahedra whose pieces they belong to.
-    found: Vec<(u32, [u32; 3])>,
+    /// Triangles, the pentahedra whose pieces they belong to, and the kept points that they hang on (see `Surface::add`).
+    found: Vec<(u32, u32, [u32; 3])>,
     ahead: Vec<u32>,
     behind: Vec<u32>,
 }
 
 impl Surface {
-    /// Makes anew the pieces of touched pentahedra (rising). `moved`: all with a point whose value or coagulation
+    /// Renews the pieces of touched pentahedra (rising). `moved`: all with a point whose value or coagulation
     /// changed, and all that were touched since; `turned`, among them: those touched since, and all with a point whose
     /// sign changed.
     pub(crate) fn update(
@@ -122,11 +123,9 @@ impl Surface {
     ) {
         self.pieces.resize_with(points.cell_count(), Piece::default);
         self.point_slots.resize(points.values.len(), NONE);
-
         for &pentahedron in moved {
             self.place_vertices(mesh, points, sample, pentahedron);
         }
-
         let mut extraction = Extraction {
             mesh,
             points,
@@ -151,13 +150,13 @@ impl Surface {
         }
         let found = extraction.found;
         for &pentahedron in turned {
-            self.clear(pentahedron);
+            self.drop_triangles(pentahedron, |kept| kept == NONE || sample(kept).is_turned);
             if let Some(cell) = points.index(pentahedron) {
                 self.vertices.release(&mut self.pieces[cell].chunks);
             }
         }
-        for (pentahedron, triangle) in found {
-            self.add(pentahedron, triangle);
+        for (pentahedron, kept, triangle) in found {
+            self.add(pentahedron, kept, triangle);
         }
     }
 }
@@ -179,18 +178,22 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
         let Some(first) = self.at(pentahedron, 0) else {
             return;
         };
-        let kept: Vec<bool> = (first.points.iter())
-            .map(|&point| (self.sample)(point).value > 0.0)
-            .collect();
+        let (mut kept, mut turned) = (Vec::new(), Vec::new());
+        for &point in first.points {
+            let sample = (self.sample)(point);
+            kept.push(sample.value > 0.0);
+            turned.push(sample.is_turned && sample.value <= 0.0);
+        }
         for (prism, corners) in first.sub.prisms.iter().enumerate() {
-            if first.piece.duals[prism] == NONE {
+            let is_new = corners.iter().fold(false, |any, &corner| any | turned[corner as usize]);
+            if first.piece.duals[prism] == NONE || !is_new {
                 continue;
             }
             for (edge, &[a, b]) in wedge::EDGES.iter().enumerate() {
                 let (a, b) = (corners[a] as usize, corners[b] as usize);
+                let (k, m) = if kept[a] { (a, b) } else { (b, a) };
                 let done = self.done[self.begin[first.cell] as usize + prism] >> edge & 1 == 1;
-                if kept[a] != kept[b] && !done {
-                    let (k, m) = if kept[a] { (a, b) } else { (b, a) };
+                if kept[k] && turned[m] && !done {
                     self.around(At { prism, ..first }, [first.points[k], first.points[m]]);
                 }
             }
@@ -227,13 +230,13 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
             let mut polygon = polygon.peekable();
             let first = polygon.next().unwrap_or(NONE);
             while let (Some(a), Some(&b)) = (polygon.next(), polygon.peek()) {
-                self.found.push((owner, [first, a, b]));
+                self.found.push((owner, k, [first, a, b]));
             }
             if let Some([first, last]) = rims
                 && let slot = self.surface.point_slots[k as usize]
                 && slot != NONE
             {
-                self.found.push((owner, [slot, first, last]));
+                self.found.push((owner, k, [slot, first, last]));
             }
         }
         (self.ahead, self.behind) = (ahead, behind);
@@ -317,7 +320,7 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
                 let is_kept = triangle.map(|corner| kept[corner as usize]);
                 if is_kept == [true; 3] {
                     if let [Some(a), Some(b), Some(c)] = triangle.map(slot) {
-                        self.found.push((at.pentahedron, [a, b, c]));
+                        self.found.push((at.pentahedron, NONE, [a, b, c]));
                     }
                     continue;
                 }
@@ -328,7 +331,7 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
                         && is_kept[next]
                         && let (Some(a), Some(b)) = (slot(triangle[side]), slot(triangle[next]))
                     {
-                        self.found.push((at.pentahedron, [a, b, rim]));
+                        self.found.push((at.pentahedron, NONE, [a, b, rim]));
                     }
                 }
             }
@@ -341,9 +344,9 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
                     let [behind, ahead] = if from_kept { [0, 1] } else { [1, 0] };
                     let [behind, ahead] = [behind, ahead].map(|half| at.piece.rims[cell.triangle + half]);
                     let dual = at.piece.duals[cell.prism];
-                    self.found.push((at.pentahedron, [behind, dual, ahead]));
+                    self.found.push((at.pentahedron, NONE, [behind, dual, ahead]));
                     if let Some(k) = slot(k) {
-                        self.found.push((at.pentahedron, [k, behind, ahead]));
+                        self.found.push((at.pentahedron, NONE, [k, behind, ahead]));
                     }
                 }
             }

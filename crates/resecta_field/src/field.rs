@@ -173,19 +173,15 @@ impl Field {
         if self.before.is_under_way() || self.emptied.is_empty() {
             return;
         }
-
         for pentahedron in self.emptied.drain(..) {
             if let Some(cell) = self.points.index(pentahedron) {
                 self.surface.pieces[cell] = Piece::default();
                 self.points.release(&self.mesh, pentahedron);
             }
         }
-
         self.points.trim();
-
         let points = self.points.values.len();
         self.surface.trim(points);
-
         self.before.trim(points);
     }
 

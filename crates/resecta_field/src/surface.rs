@@ -58,6 +58,8 @@ pub struct Surface {
     triangles: Vec<[u32; 3]>,
     /// A pentahedron's triangles are a list linked by slots: four bytes a triangle, and none moves when others go.
     next: Vec<u32>,
+    /// The kept point that a triangle hangs on.
+    kept: Vec<u32>,
     first: Vec<u32>,
     free: Vec<u32>,
     /// Pieces by the index of the pentahedron's cell.
@@ -79,6 +81,7 @@ impl Surface {
             vertices: Vertices::like(&other.vertices),
             triangles: Vec::new(),
             next: Vec::new(),
+            kept: Vec::new(),
             first: vec![NONE; other.first.len()],
             free: Vec::new(),
             pieces: Vec::new(),
@@ -96,6 +99,7 @@ impl Surface {
             vertices: Vertices::new(mesh),
             triangles: Vec::new(),
             next: Vec::new(),
+            kept: Vec::new(),
             first: vec![NONE; mesh.pentahedra.len()],
             free: Vec::new(),
             pieces: Vec::new(),
@@ -115,29 +119,44 @@ impl Surface {
     /// A face as it is.
     pub(crate) fn add_face(&mut self, mesh: &Mesh, pentahedron: u32, face: usize) {
         for triangle in mesh.face_triangles(pentahedron, face) {
-            self.add(pentahedron, triangle);
+            self.add(pentahedron, NONE, triangle);
         }
     }
 
-    pub(crate) fn add(&mut self, pentahedron: u32, triangle: [u32; 3]) {
+    /// Adds a triangle that goes with a kept point, or (`NONE`) with any change of the pentahedron's piece.
+    pub(crate) fn add(&mut self, pentahedron: u32, kept: u32, triangle: [u32; 3]) {
         let slot = self.free.pop().unwrap_or_else(|| {
             self.triangles.push([NONE; 3]);
             self.next.push(NONE);
+            self.kept.push(NONE);
             self.triangles.len() as u32 - 1
         });
         self.triangles[slot as usize] = triangle;
+        self.kept[slot as usize] = kept;
         self.changes.mark(slot);
         self.next[slot as usize] = std::mem::replace(&mut self.first[pentahedron as usize], slot);
     }
 
-    /// Frees the triangles of a pentahedron.
-    pub(crate) fn clear(&mut self, pentahedron: u32) {
+    /// Frees those triangles of a pentahedron whose kept point is to go.
+    pub(crate) fn drop_triangles(&mut self, pentahedron: u32, goes: impl Fn(u32) -> bool) {
         let mut slot = std::mem::replace(&mut self.first[pentahedron as usize], NONE);
+        let mut last = NONE;
         while slot != NONE {
-            self.triangles[slot as usize] = [NONE; 3];
-            self.changes.mark(slot);
-            self.free.push(slot);
-            slot = std::mem::replace(&mut self.next[slot as usize], NONE);
+            let next = std::mem::replace(&mut self.next[slot as usize], NONE);
+            if goes(self.kept[slot as usize]) {
+                self.triangles[slot as usize] = [NONE; 3];
+                self.changes.mark(slot);
+                self.free.push(slot);
+            } else {
+                let link = if last == NONE {
+                    &mut self.first[pentahedron as usize]
+                } else {
+                    &mut self.next[last as usize]
+                };
+                *link = slot;
+                last = slot;
+            }
+            slot = next;
         }
         self.version += 1;
     }
@@ -160,9 +179,11 @@ impl Surface {
             let count = used.map_or(0, |last| last + 1);
             self.triangles.truncate(count);
             self.next.truncate(count);
+            self.kept.truncate(count);
             self.free.retain(|&slot| (slot as usize) < count);
             self.triangles.shrink_to_fit();
             self.next.shrink_to_fit();
+            self.kept.shrink_to_fit();
         }
     }
 
@@ -232,7 +253,7 @@ impl Surface {
             + self.pieces.capacity() * size_of::<Piece>()
             + self.coarse.capacity() * size_of::<(u32, Coarse)>()
             + 4 * (self.point_slots.capacity() + self.free.capacity())
-            + self.triangles.capacity() * size_of::<[u32; 4]>()
+            + self.triangles.capacity() * size_of::<[u32; 5]>()
             + self.changes.bytes()
             + self.vertices.bytes()
     }
