@@ -48,9 +48,35 @@ pub fn fine_triangles(sub: &Sublattice, cell: &BoundaryCell, points: &[u32]) -> 
 /// A pentahedron's values, by local point.
 struct Local<'a> {
     sub: &'a Sublattice,
+    values: &'a [f32],
+    is_changed: &'a [bool],
+    /// Empty where nothing coagulated.
+    coagulation: &'a [f32],
+}
+
+/// Room for one pentahedron's values after the other.
+#[derive(Debug, Default)]
+pub struct Gathered {
     values: Vec<f32>,
     is_changed: Vec<bool>,
     coagulation: Vec<f32>,
+}
+
+impl Gathered {
+    fn fill(&mut self, points: &Points, sample: impl Fn(u32) -> Sample, ids: &[u32], is_new: bool) {
+        self.values.clear();
+        self.is_changed.clear();
+        for &point in ids {
+            let sample = sample(point);
+            self.values.push(sample.value);
+            self.is_changed.push(is_new || sample.is_changed);
+        }
+        self.coagulation.clear();
+        if !points.coagulation.is_empty() {
+            self.coagulation
+                .extend(ids.iter().map(|&point| points.coagulation[point as usize]));
+        }
+    }
 }
 
 impl Local<'_> {
@@ -129,6 +155,7 @@ impl Surface {
         mesh: &Mesh,
         points: &Points,
         sample: impl Fn(u32) -> Sample,
+        gathered: &mut Gathered,
         pentahedron: u32,
     ) {
         let Some(index) = points.index(pentahedron) else {
@@ -145,16 +172,12 @@ impl Surface {
             piece.rims = vec![NONE; rims].into();
         }
         let ids = points.of(pentahedron);
-        let coagulation = &points.coagulation;
+        gathered.fill(points, &sample, ids, is_new);
         let local = Local {
             sub,
-            values: ids.iter().map(|&point| sample(point).value).collect(),
-            is_changed: (ids.iter()).map(|&point| is_new || sample(point).is_changed).collect(),
-            coagulation: if coagulation.is_empty() {
-                Vec::new()
-            } else {
-                ids.iter().map(|&point| coagulation[point as usize]).collect()
-            },
+            values: &gathered.values,
+            is_changed: &gathered.is_changed,
+            coagulation: &gathered.coagulation,
         };
         let shape = mesh.rest_shape(pentahedron);
         let mut home = Home {

@@ -13,7 +13,7 @@
 
 use resecta_anatomy::wedge;
 
-use crate::crossings::{Sample, fine_triangles};
+use crate::crossings::{Gathered, Sample, fine_triangles};
 use crate::mesh::Mesh;
 use crate::points::Points;
 use crate::sublattice::{Across, FACES, Sublattice};
@@ -105,6 +105,9 @@ struct Extraction<'a, V> {
     done: Vec<u16>,
     /// Triangles, the pentahedra whose pieces they belong to, and the kept points that they hang on (see `Surface::add`).
     found: Vec<(u32, u32, [u32; 3])>,
+    /// Room for a pentahedron's points and for the two halves of a polygon.
+    kept: Vec<bool>,
+    turned: Vec<bool>,
     ahead: Vec<u32>,
     behind: Vec<u32>,
 }
@@ -123,8 +126,9 @@ impl Surface {
     ) {
         self.pieces.resize_with(points.cell_count(), Piece::default);
         self.point_slots.resize(points.values.len(), NONE);
+        let mut gathered = Gathered::default();
         for &pentahedron in moved {
-            self.place_vertices(mesh, points, sample, pentahedron);
+            self.place_vertices(mesh, points, sample, &mut gathered, pentahedron);
         }
         let mut extraction = Extraction {
             mesh,
@@ -134,6 +138,8 @@ impl Surface {
             begin: vec![NONE; points.cell_count()],
             done: Vec::new(),
             found: Vec::new(),
+            kept: Vec::new(),
+            turned: Vec::new(),
             ahead: Vec::new(),
             behind: Vec::new(),
         };
@@ -178,7 +184,9 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
         let Some(first) = self.at(pentahedron, 0) else {
             return;
         };
-        let (mut kept, mut turned) = (Vec::new(), Vec::new());
+        let (mut kept, mut turned) = (std::mem::take(&mut self.kept), std::mem::take(&mut self.turned));
+        kept.clear();
+        turned.clear();
         for &point in first.points {
             let sample = (self.sample)(point);
             kept.push(sample.value > 0.0);
@@ -201,6 +209,7 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
         if !first.piece.rims.is_empty() {
             self.exposed(first, &kept);
         }
+        (self.kept, self.turned) = (kept, turned);
     }
 
     /// The polygon around an edge from a kept point to a removed one.

@@ -101,24 +101,29 @@ pub fn measure(mesh: &Mesh, points: &mut Points, pentahedron: u32, edit: &Edit) 
         return;
     };
     let (cell, values, marks) = points.cell_and_values(index);
-    let local: Vec<f32> = cell.points.iter().map(|&point| values[point as usize]).collect();
-    if local.iter().all(|&value| value > 0.0) {
+    let (mut local, mut kept) = (Vec::with_capacity(cell.points.len()), 0);
+    for &point in &cell.points {
+        let (value, mark) = (values[point as usize], marks[point as usize]);
+        kept += usize::from(value > 0.0);
+        local.push((value, mark));
+    }
+    if kept == local.len() {
         return;
     }
-    if local.iter().all(|&value| value <= 0.0) {
+    if kept == 0 {
         cell.kept_mm3 = 0.0;
         return;
     }
-    let marks: Vec<u32> = cell.points.iter().map(|&point| marks[point as usize]).collect();
     let shape = mesh.rest_shape(pentahedron);
     let sub = mesh.sub(pentahedron);
     for (prism, removed) in sub.prisms.iter().zip(&mut cell.removed_mm3) {
         let (mut positive, mut mark) = (0, 0);
         let mut values = [0.0; 6];
         for (value, &corner) in values.iter_mut().zip(prism) {
-            *value = local[corner as usize];
-            positive += u32::from(*value > 0.0);
-            mark = marks[corner as usize].max(mark);
+            let (its, when) = local[corner as usize];
+            *value = its;
+            positive += u32::from(its > 0.0);
+            mark = when.max(mark);
         }
         // What was gone already stays so.
         let least = if positive == 0 { edit.turned() } else { edit.changed() };

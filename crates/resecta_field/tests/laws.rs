@@ -7,7 +7,8 @@ use common::{
     tube_field,
 };
 use glam::{DVec3, Vec3};
-use resecta_field::{Field, LoopStroke, SurfaceKind, Tool};
+use resecta_anatomy::wedge;
+use resecta_field::{Field, FieldError, LoopStroke, SurfaceKind, Tool};
 use resecta_solver::LoopPose;
 
 /// A stroke of a few steps through a place on the tube, in any pose, some of them turning.
@@ -201,6 +202,75 @@ fn a_face_that_is_crossed_by_one_axis_and_along_the_other_stays_closed() {
                 field.volume_mm3()
             );
         }
+    }
+}
+
+#[test]
+fn edges_are_divided_by_their_own_length_and_neighbours_agree() {
+    const SPACING: f64 = 0.5;
+    let lattice = tube(39.0, 20.0, 8.0);
+    let field = tube_field(&lattice, SPACING);
+    let mut parts = std::collections::HashMap::new();
+    for (pentahedron, nodes) in (0..).zip(&lattice.pentahedra) {
+        let divisions = field.divisions(pentahedron).expect("a pentahedron of the tube");
+        for (ends, count) in wedge::EDGES.iter().zip(divisions) {
+            let [a, b] = ends.map(|end| nodes[end]);
+            let length = lattice.positions[a as usize].distance(lattice.positions[b as usize]);
+            assert!(
+                length <= SPACING * count as f64 * (1.0 + 1e-9),
+                "{length} mm in {count} parts"
+            );
+            // Sheets of this tube have edges of nearly one length.
+            assert!(length > SPACING * (count as f64 - 1.5), "{length} mm in {count} parts");
+            assert_eq!(*parts.entry([a.min(b), a.max(b)]).or_insert(count), count);
+        }
+    }
+    assert_eq!(field.divisions(lattice.pentahedra.len() as u32), None);
+}
+
+/// Nodes and pentahedra of a ring of twelve, whose triangle turns by some thirds of a circle along it.
+fn ring(thirds: usize) -> (Vec<DVec3>, Vec<[u32; 6]>) {
+    const COUNT: usize = 12;
+    let mut rest = Vec::new();
+    for n in 0..COUNT {
+        let share = n as f64 / COUNT as f64;
+        let out = DVec3::new(
+            (std::f64::consts::TAU * share).cos(),
+            (std::f64::consts::TAU * share).sin(),
+            0.0,
+        );
+        for corner in 0..3 {
+            let angle = std::f64::consts::TAU * (corner as f64 + share * thirds as f64) / 3.0;
+            rest.push(out * (5.0 + 1.5 * angle.cos()) + DVec3::Z * 1.5 * angle.sin());
+        }
+    }
+    let pentahedra = (0..COUNT)
+        .map(|n| {
+            let turn = if n + 1 == COUNT { thirds } else { 0 };
+            let node = |n: usize, corner: usize| (3 * (n % COUNT) + corner % 3) as u32;
+            std::array::from_fn(|c| node(n + c / 3, c % 3 + turn * (c / 3)))
+        })
+        .collect();
+    (rest, pentahedra)
+}
+
+#[test]
+fn a_ring_that_closes_turned_is_refused_and_one_that_does_not_is_cut() {
+    let new = |thirds| {
+        let (rest, pentahedra) = ring(thirds);
+        Field::new(&rest, &pentahedra, 0.5, |_, _| SurfaceKind::Other)
+    };
+    assert!(matches!(new(1), Err(FieldError::Wound(_))), "{:?}", new(1).err());
+    let mut field = new(0).expect("a ring");
+    let positions = current(&ring(0).0, |place| place);
+    let mut random = Random(17);
+    for n in 0..40 {
+        let centre = 5.0 * random.direction().with_z(0.0).normalize() + random.direction();
+        let radius_mm = random.between(0.3, 1.2);
+        field
+            .cut(&Tool::Sphere { centre, radius_mm }, &positions)
+            .expect("a good tool");
+        assert_sound(&field, &format!("ball {n}"));
     }
 }
 
