@@ -16,6 +16,7 @@
 //! | where the surface's vertices lie, and how they are carried | `crossings.rs`, `vertices.rs` |
 //! | how they are joined, also on the rim of a cut | `extract.rs` |
 //! | faces that nothing touched, beside finer ones | `coarse.rs` |
+//! | which slots of the surface to write anew | `changes.rs` |
 //! | chips | `chips.rs`, `moments.rs` |
 //! | pieces that came loose | `pieces.rs` |
 //! | coagulation | `coagulation.rs` |
@@ -24,11 +25,13 @@
 //!
 //! 1. [`LoopStroke::step_to`] makes a [`Tool`] of the loop's next pose, and [`Field::cut`] takes it away, the nodes being
 //!    where they are. [`Cut`] lists the pentahedra that lost something, what, and those of which nothing is left.
-//! 2. [`Field::fill`] of those is what their mass and stiffness are multiplied with, 0 to 1; an emptied one goes.
+//! 2. [`Field::fill`] of those, 0 to 1, is what is left of each for its mass and stiffness; it never rises.
 //! 3. [`Field::loose_pieces`] around them finds what hangs by nothing; [`Field::empty`] takes it away.
 //! 4. [`Field::take_changes`] lists the slots of vertices and triangles to write anew; [`Field::move_vertices`] and
 //!    [`Field::move_normals`] place all of them. A vertex's pentahedron and weights ([`Surface::carrier`]) are also what a
 //!    force on the surface acts on.
+//!
+//! [`Field::begin_chip`] before the stroke and [`Field::take_chip`] after it make a body of what it took.
 //!
 //! Lengths are mm. The same input gives the same bytes: indices alone decide every order.
 
