@@ -222,3 +222,28 @@ fn a_turning_stroke_removes_the_same_however_it_is_divided() {
         assert!((volume / exact - 1.0).abs() < 0.01, "{removed:?} against {exact}");
     }
 }
+
+/// Where two cuts meet they leave a ridge; it is rounded the other way than a tool's own edges.
+#[test]
+fn two_cuts_that_overlap_remove_their_union() {
+    let (rest, pentahedra) = block([8, 8, 8], 2.0);
+    let positions = current(&rest, |place| place);
+    let (radius, apart) = (4.0_f64, 4.0);
+    let lens = std::f64::consts::PI * (4.0 * radius + apart) * (2.0 * radius - apart).powi(2) / 12.0;
+    let exact = 8.0 / 3.0 * std::f64::consts::PI * radius.powi(3) - lens;
+    for along in [DVec3::X, DVec3::new(0.3, 0.5, 0.7).normalize()] {
+        let mut field = Field::new(&rest, &pentahedra, 0.5, |_, _| SurfaceKind::Other).expect("a block");
+        for side in [-0.5, 0.5] {
+            let centre = DVec3::new(8.1, 7.9, 8.2) + along * apart * side;
+            let ball = Tool::Sphere {
+                centre,
+                radius_mm: radius,
+            };
+            field.cut(&ball, &positions).expect("a good tool");
+        }
+        assert_sound(&field, "two balls");
+        let error = field.removed_mm3() / exact - 1.0;
+        println!("two balls along {along:.2}: volume error {:.3} %", 100.0 * error);
+        assert!(error.abs() < 0.01, "{error}");
+    }
+}
