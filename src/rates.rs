@@ -19,7 +19,7 @@ use resecta_solver::{
     reference::{self, Inertia},
 };
 use resecta_tissue::{
-    CuttingRule, LoopCutter, Tissue, TissueDiagnostics, TissuePlugin, TissueSettings, TissueTool, ToolPart,
+    CutDetail, CuttingRule, LoopCutter, Tissue, TissueDiagnostics, TissuePlugin, TissueSettings, TissueTool, ToolPart,
     ToolPartKind,
 };
 use thiserror::Error;
@@ -94,12 +94,12 @@ pub enum RateError {
     },
 }
 
-/// Measures one lattice of a case.
+/// Measures one lattice of a case, cut so finely.
 ///
 /// # Errors
 ///
 /// When the case gives no lattice at this alpha, or the lattice and the material no tissue.
-pub fn measure(case: &Case, alpha_deg: f64, material: &Material) -> Result<Rate, RateError> {
+pub fn measure(case: &Case, alpha_deg: f64, material: &Material, detail: CutDetail) -> Result<Rate, RateError> {
     let options = LatticeOptions {
         alpha_deg,
         axial_points: None,
@@ -113,7 +113,7 @@ pub fn measure(case: &Case, alpha_deg: f64, material: &Material) -> Result<Rate,
     let (mut resected, mut substeps) = (0, 0);
     let mut rms_error_mm = None;
     while times.iter().sum::<Duration>() < MEASURED {
-        let mut theatre = Theatre::new(gland.clone());
+        let mut theatre = Theatre::new(gland.clone(), detail);
         for _ in 0..CUTS_A_GLAND {
             theatre.aim();
             let start = Instant::now();
@@ -134,7 +134,7 @@ pub fn measure(case: &Case, alpha_deg: f64, material: &Material) -> Result<Rate,
         springs: gland.spring_count(),
         pentahedra: gland.pentahedron_count(),
         updates_per_s: 1.0 / median,
-        quiet_share: quiet_update_s(gland.clone()) / median,
+        quiet_share: quiet_update_s(gland.clone(), detail) / median,
         rms_error_mm: rms_error_mm.unwrap_or(f64::NAN),
         substeps,
         resected: resected as f64 / times.len() as f64,
@@ -147,8 +147,8 @@ pub fn measure(case: &Case, alpha_deg: f64, material: &Material) -> Result<Rate,
 }
 
 /// Time of an update of a gland that has come to rest, s: the median of some.
-fn quiet_update_s(gland: resecta_solver::Tissue) -> f64 {
-    let mut theatre = Theatre::new(gland);
+fn quiet_update_s(gland: resecta_solver::Tissue, detail: CutDetail) -> f64 {
+    let mut theatre = Theatre::new(gland, detail);
     let mut times = Vec::new();
     for update in 0..2 * QUIET_UPDATES {
         let start = Instant::now();
@@ -185,7 +185,7 @@ struct Theatre {
 }
 
 impl Theatre {
-    fn new(gland: resecta_solver::Tissue) -> Theatre {
+    fn new(gland: resecta_solver::Tissue, detail: CutDetail) -> Theatre {
         let mut app = App::new();
         let one_thread = TaskPoolPlugin {
             task_pool_options: TaskPoolOptions::with_num_threads(1),
@@ -203,10 +203,11 @@ impl Theatre {
             cutting: CuttingRule::Sphere {
                 radius_mm: CUTTING_RADIUS_MM,
             },
+            detail,
             ..default()
         };
         let tissue = app.world_mut().spawn((Tissue::new(gland), settings)).id();
-        let tool = app.world_mut().spawn(TissueTool::default()).id();
+        let tool = app.world_mut().spawn(loop_at(FAR, false)).id();
         // Clocks are set, parts get their entities, the mesh is made.
         for _ in 0..3 {
             app.update();
@@ -245,22 +246,30 @@ impl Theatre {
         let place = (self.cuts as f64 * 0.618_033_988_75).fract() * inner.len() as f64;
         let target = inner.get(place as usize).copied().unwrap_or(DVec3::ZERO).as_vec3();
         self.cuts += 1;
-        let (width_mm, depth_mm) = (6.5, 4.5);
-        let wire = ToolPart {
-            a: Vec3::ZERO,
-            b: Vec3::ZERO,
-            radius_mm: 0.5,
-            kind: ToolPartKind::Loop,
-        };
-        let cutter = LoopCutter {
-            width_mm,
-            depth_mm,
-            centre: Vec3::NEG_Y * depth_mm,
-            travel: Vec3::Z,
-            down: Vec3::Y,
-        };
-        let mut tool = TissueTool::new(vec![wire], Isometry3d::from_translation(target)).with_cutter(cutter);
-        tool.cutting = true;
-        self.app.world_mut().entity_mut(self.tool).insert(tool);
+        self.app.world_mut().entity_mut(self.tool).insert(loop_at(target, true));
     }
+}
+
+/// Where no gland is, mm.
+const FAR: Vec3 = Vec3::splat(1e4);
+
+/// A loop whose deepest point is at a place.
+fn loop_at(place: Vec3, cutting: bool) -> TissueTool {
+    let (width_mm, depth_mm) = (6.5, 4.5);
+    let wire = ToolPart {
+        a: Vec3::ZERO,
+        b: Vec3::ZERO,
+        radius_mm: 0.5,
+        kind: ToolPartKind::Loop,
+    };
+    let cutter = LoopCutter {
+        width_mm,
+        depth_mm,
+        centre: Vec3::NEG_Y * depth_mm,
+        travel: Vec3::Z,
+        down: Vec3::Y,
+    };
+    let mut tool = TissueTool::new(vec![wire], Isometry3d::from_translation(place)).with_cutter(cutter);
+    tool.cutting = cutting;
+    tool
 }

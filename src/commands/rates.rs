@@ -4,6 +4,7 @@ use clap::Args;
 use resecta::{
     rates::{self, Rate},
     solver::{Material, ShearResistance},
+    tissue::CutDetail,
 };
 use serde_json::{Value, json};
 
@@ -32,22 +33,27 @@ impl Rates {
             shear: ShearResistance::None,
             ..material.clone()
         };
-        let measure = |material: &Material| -> Result<Vec<Rate>, Failure> {
+        let measure = |material: &Material, detail: CutDetail| -> Result<Vec<Rate>, Failure> {
             let rates = rates::PAPER
                 .iter()
-                .map(|(alpha, _)| rates::measure(&case, *alpha, material));
+                .map(|(alpha, _)| rates::measure(&case, *alpha, material, detail));
             rates.collect::<Result<_, _>>().map_err(|source| Failure::Rates {
                 case: self.case.clone(),
                 source,
             })
         };
-        let rows = measure(&papers_lattice)?;
-        let resisting = measure(&material)?;
+        let rows = measure(&papers_lattice, CutDetail::Elements)?;
+        let resisting = measure(&material, CutDetail::Elements)?;
+        let fine = measure(&material, CutDetail::default())?;
         if self.json {
             let list = |rates: &[Rate]| rates.iter().map(row).collect::<Vec<Value>>();
             println!(
                 "{}",
-                json!({ "rows": list(&rows), "rows_with_shear_resistance": list(&resisting) })
+                json!({
+                    "rows": list(&rows),
+                    "rows_with_shear_resistance": list(&resisting),
+                    "rows_cut_finely": list(&fine),
+                })
             );
         } else {
             println!(
@@ -57,6 +63,7 @@ impl Rates {
             println!("Papers: one processor of 1 GHz. Error: of one update's deformation, RMS over the nodes.");
             print_table("The lattice of the papers, six neighbours a node", &rows);
             print_table("The material of the case, which resists shear", &resisting);
+            print_table("The same, cut finer than the elements", &fine);
         }
         Ok(())
     }

@@ -71,6 +71,7 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
         collapse: models.collapse,
         collision: models.collision,
         cutting: models.cutting,
+        detail: models.detail,
         ..default()
     };
     let marked_nodes = marked

@@ -3,7 +3,7 @@
 use resecta_anatomy::Zone;
 use resecta_instrument::InstrumentState;
 use resecta_solver::{CollapseLaw, ShearResistance};
-use resecta_tissue::CuttingRule;
+use resecta_tissue::{CutDetail, CuttingRule};
 use serde::{Deserialize, Serialize};
 
 use crate::metrics::MetricId;
@@ -65,6 +65,10 @@ pub struct Models {
     /// What a cut takes: `Sweep`, the volume swept by the loop (default), or `Sphere(radius_mm: 5.0)`, the papers' rule.
     #[serde(with = "CuttingRuleText")]
     pub cutting: CuttingRule,
+    /// How finely: `Field(spacing_mm: 0.5)` (default), a boundary inside the volume elements with points no further apart,
+    /// or `Elements`, whole ones as in the papers.
+    #[serde(with = "CutDetailText")]
+    pub detail: CutDetail,
 }
 
 impl Default for Models {
@@ -75,6 +79,7 @@ impl Default for Models {
             poisson_ratio: None,
             collision: true,
             cutting: CuttingRule::Sweep,
+            detail: CutDetail::default(),
         }
     }
 }
@@ -85,6 +90,14 @@ impl Default for Models {
 enum CuttingRuleText {
     Sweep,
     Sphere { radius_mm: f32 },
+}
+
+/// [`CutDetail`] as it is written in a file.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "CutDetail", deny_unknown_fields)]
+enum CutDetailText {
+    Elements,
+    Field { spacing_mm: f32 },
 }
 
 /// Where the instrument enters and how it starts.

@@ -3,13 +3,17 @@
 use resecta_anatomy::Zone;
 use resecta_instrument::{FieldLimit, InstrumentField, InstrumentLimits};
 use resecta_solver::{CollapseLaw, Material, ShearResistance};
-use resecta_tissue::CuttingRule;
+use resecta_tissue::{CutDetail, CuttingRule};
 
 use crate::{
     errors::RuleError,
     exercise::{Condition, Exercise, Goal, HeightRange, InstrumentSetup, Marked, Models, ScoreRule},
     metrics::Better,
 };
+
+/// The spacings that a field may have, mm: below, a stroke is no longer cut in real time; above, elements are as fine.
+const FINEST_MM: f32 = 0.2;
+const COARSEST_MM: f32 = 2.0;
 
 pub(crate) type Checked = Result<(), RuleError>;
 
@@ -80,6 +84,15 @@ fn models(models: &Models) -> Checked {
     }
     if let CuttingRule::Sphere { radius_mm } = models.cutting {
         positive("models.cutting.Sphere.radius_mm", radius_mm.into(), "mm")?;
+    }
+    if let CutDetail::Field { spacing_mm } = models.detail
+        && !(FINEST_MM..=COARSEST_MM).contains(&spacing_mm)
+    {
+        return Err(RuleError::new(
+            "models.detail.Field.spacing_mm",
+            spacing_mm,
+            "0.2 to 2 mm",
+        ));
     }
     // The material's own way to resist shear is known with the case; none at all allows the most.
     let material = Material {

@@ -6,16 +6,48 @@ use crate::ranges::{FURTHEST_MM, within};
 use crate::tissue::Motion;
 use crate::vectors::{Scalars, Vectors};
 
-/// Keeps one point of the tissue, given by three nodes and weights, on one side of a plane during one advance.
+/// A point of the tissue: where the weighted mean of some nodes is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TissuePoint {
+    nodes: [u32; 6],
+    /// Together 1; 0 past the last node.
+    weights: [f32; 6],
+}
+
+impl TissuePoint {
+    /// A node.
+    pub fn node(node: u32) -> TissuePoint {
+        TissuePoint::on_triangle([node; 3], [1.0, 0.0, 0.0])
+    }
+
+    /// A point of a triangle, by barycentric weights; 0 to 1, together 1.
+    pub fn on_triangle([a, b, c]: [u32; 3], [at_a, at_b, at_c]: [f32; 3]) -> TissuePoint {
+        TissuePoint::in_pentahedron([a, b, c, a, a, a], [at_a, at_b, at_c, 0.0, 0.0, 0.0])
+    }
+
+    /// A point of a pentahedron, by the weights of its corners; 0 to 1, together 1.
+    pub fn in_pentahedron(nodes: [u32; 6], weights: [f32; 6]) -> TissuePoint {
+        TissuePoint { nodes, weights }
+    }
+
+    /// The nodes that count, and their weights.
+    #[inline]
+    pub fn parts(&self) -> impl Iterator<Item = (u32, f32)> + Clone {
+        self.nodes
+            .into_iter()
+            .zip(self.weights)
+            .filter(|(_, weight)| *weight != 0.0)
+    }
+}
+
+/// Keeps one point of the tissue on one side of a plane during one advance.
 ///
 /// The rule is `normal · Σ weight·position >= offset`; the offset moves linearly from `offset_start` to `offset_end` over
 /// the advance, so that a fast tool pushes rather than hits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
-    /// The nodes of the surface triangle touched.
-    pub nodes: [u32; 3],
-    /// Barycentric weights of the point touched; 0 to 1, together 1.
-    pub weights: [f32; 3],
+    /// The point touched.
+    pub point: TissuePoint,
     /// Unit direction in which the tissue is pushed.
     pub normal: Vec3,
     /// Offset of the plane along the normal when the advance begins, mm.
@@ -31,7 +63,7 @@ impl Contact {
         self.normal.is_finite()
             && near(self.offset_start)
             && near(self.offset_end)
-            && self.weights.iter().all(|weight| weight.is_finite())
+            && self.point.weights.iter().all(|weight| weight.is_finite())
     }
 }
 
@@ -39,20 +71,17 @@ impl Motion {
     /// Brings a contact's point to its side of the plane at `time` (0 to 1 over an advance of that duration), the nodes
     /// sharing the way by weight and inverse inertia, and takes the velocity that goes against the plane's own.
     pub(crate) fn hold(&mut self, contact: &Contact, time: f32, duration_s: f32, inverse_inertia: &Scalars) {
-        let Contact {
-            nodes, weights, normal, ..
-        } = *contact;
-        let share = [0, 1, 2].map(|corner| weights[corner] * inverse_inertia.at(nodes[corner]));
-        let compliance: f32 = share.iter().zip(&weights).map(|(share, weight)| share * weight).sum();
+        let &Contact { point, normal, .. } = contact;
+        let shares = point
+            .parts()
+            .map(|(node, weight)| (node, weight, weight * inverse_inertia.at(node)));
+        let compliance: f32 = shares.clone().map(|(_, weight, share)| share * weight).sum();
         if compliance <= 0.0 {
             return;
         }
         let along = |vectors: &Vectors| -> f32 {
-            nodes
-                .iter()
-                .zip(&weights)
-                .map(|(&node, weight)| weight * vectors.at(node).dot(normal))
-                .sum()
+            let parts = point.parts();
+            parts.map(|(node, weight)| weight * vectors.at(node).dot(normal)).sum()
         };
         let offset = contact.offset_start + time * (contact.offset_end - contact.offset_start);
         let depth = offset - along(&self.positions);
@@ -60,7 +89,7 @@ impl Motion {
             return;
         }
         let against = (contact.offset_end - contact.offset_start) / duration_s - along(&self.velocities);
-        for (&node, share) in nodes.iter().zip(share) {
+        for (node, _, share) in shares {
             self.positions.add(node, normal * (depth * share / compliance));
             if against > 0.0 {
                 self.velocities.add(node, normal * (against * share / compliance));

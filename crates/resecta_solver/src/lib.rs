@@ -61,7 +61,7 @@ mod widest;
 pub use aim::AimReport;
 pub use bound::MOST_SUBSTEPS;
 pub use collapse::CollapseLaw;
-pub use contact::Contact;
+pub use contact::{Contact, TissuePoint};
 pub use energy::Energy;
 pub use machine::{Machine, Measured, NodeKick, Stretch};
 pub use material::{Material, ShearResistance};

@@ -276,7 +276,7 @@ impl Tissue {
 
     fn usable(&self, contacts: &[Contact]) -> Vec<Contact> {
         let usable =
-            |contact: &&Contact| contact.is_usable() && contact.nodes.iter().all(|&node| self.is_node_alive(node));
+            |contact: &&Contact| contact.is_usable() && contact.point.parts().all(|(node, _)| self.is_node_alive(node));
         contacts.iter().filter(usable).copied().collect()
     }
 
@@ -489,7 +489,7 @@ impl Motion {
 #[cfg(all(test, target_arch = "x86_64"))]
 mod tests {
     use super::*;
-    use crate::{Material, TissueMesh};
+    use crate::{Material, TissueMesh, TissuePoint};
     use glam::{DVec3, Vec3};
 
     #[test]
@@ -520,8 +520,7 @@ mod tests {
             .set_load(60, Vec3::new(300.0, -200.0, 100.0))
             .expect("a finite load");
         let contact = Contact {
-            nodes: [0, 1, 2],
-            weights: [0.2, 0.3, 0.5],
+            point: TissuePoint::on_triangle([0, 1, 2], [0.2, 0.3, 0.5]),
             normal: Vec3::Z,
             offset_start: 0.0,
             offset_end: 0.7,

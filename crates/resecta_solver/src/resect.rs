@@ -13,8 +13,8 @@ use crate::tissue::Tissue;
 pub struct Resection {
     /// Pentahedra removed, rising.
     pub pentahedra: Vec<u32>,
-    /// Pentahedra that stay with less in them, rising.
-    pub thinned: Vec<u32>,
+    /// What each pentahedron lost, those that stay with less in them included: volume at rest, mm³; rising.
+    pub taken_mm3: Vec<(u32, f64)>,
     /// Springs removed, rising.
     pub springs: Vec<u32>,
     /// Springs that stay with less stiffness, rising.
@@ -188,9 +188,8 @@ impl Tissue {
             resection.rest_volume_mm3 += volume;
             resection.current_volume_mm3 += self.volume_of(pentahedron) * loss.share;
             resection.by_zone_mm3[self.pentahedron_zone(pentahedron).index()] += volume;
-            if loss.left > 0.0 {
-                resection.thinned.push(pentahedron);
-            } else {
+            resection.taken_mm3.push((pentahedron, volume));
+            if loss.left == 0.0 {
                 resection.pentahedra.push(pentahedron);
                 resection.capsule_area_mm2 += f64::from(self.capsule_area_mm2(pentahedron));
             }

@@ -194,7 +194,9 @@ impl Tissue {
     /// Wakes what contacts and changing resection forces reach.
     pub(crate) fn wake_reached(&mut self, contacts: &[Contact]) {
         let sites = self.springs.layout().sites();
-        let touched = contacts.iter().flat_map(|contact| contact.nodes);
+        let touched = contacts
+            .iter()
+            .flat_map(|contact| contact.point.parts().map(|(node, _)| node));
         for node in touched.chain(self.collapse.steps().map(|(node, _)| node)) {
             self.sleep.wake(sites.place(node).0 / BLOCK);
         }

@@ -6,7 +6,9 @@ mod common;
 use common::networks::{cube, tissue};
 use common::{block_mesh, tube};
 use glam::{DVec3, Vec3};
-use resecta_solver::{Contact, EditError, LoopPose, LoopSweep, Material, ShearResistance, StepError, Tissue};
+use resecta_solver::{
+    Contact, EditError, LoopPose, LoopSweep, Material, ShearResistance, StepError, Tissue, TissuePoint,
+};
 
 const NO_NUMBERS: [f32; 3] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
 
@@ -124,17 +126,18 @@ fn a_time_that_cannot_be_is_refused_by_name_and_nothing_moves() {
 #[test]
 fn a_contact_with_a_number_that_is_none_is_left_out_and_counted() {
     let plain = Contact {
-        nodes: [0, 1, 20],
-        weights: [0.2, 0.3, 0.5],
+        point: TissuePoint::on_triangle([0, 1, 20], [0.2, 0.3, 0.5]),
         normal: Vec3::X,
         offset_start: -100.0,
         offset_end: -100.0,
     };
     type Put = fn(&mut Contact, f32);
     let fields: [Put; 8] = [
-        |contact, value| contact.weights[0] = value,
-        |contact, value| contact.weights[1] = value,
-        |contact, value| contact.weights[2] = value,
+        |contact, value| contact.point = TissuePoint::on_triangle([0, 1, 20], [value, 0.3, 0.5]),
+        |contact, value| contact.point = TissuePoint::on_triangle([0, 1, 20], [0.2, value, 0.5]),
+        |contact, value| {
+            contact.point = TissuePoint::in_pentahedron([0, 1, 20, 2, 3, 4], [0.2, 0.3, 0.5, 0.0, 0.0, value])
+        },
         |contact, value| contact.normal.x = value,
         |contact, value| contact.normal.y = value,
         |contact, value| contact.normal.z = value,
@@ -148,7 +151,7 @@ fn a_contact_with_a_number_that_is_none_is_left_out_and_counted() {
         contacts.push(contact);
     }
     contacts.push(Contact {
-        nodes: [0, 1, u32::MAX],
+        point: TissuePoint::on_triangle([0, 1, u32::MAX], [0.2, 0.3, 0.5]),
         ..plain
     });
     let start = tube(18.0, ShearResistance::Diagonals);

@@ -6,7 +6,7 @@ mod common;
 use common::networks::{chain, tissue};
 use common::{block_mesh, tube};
 use glam::Vec3;
-use resecta_solver::{CollapseLaw, Contact, Material, ShearResistance, Tissue, TissueMesh};
+use resecta_solver::{CollapseLaw, Contact, Material, ShearResistance, Tissue, TissueMesh, TissuePoint};
 
 const FRAME_S: f64 = 1.0 / 60.0;
 
@@ -43,8 +43,7 @@ fn a_node_set_far_away_is_refused_or_put_aside_alone() {
 #[test]
 fn a_contact_that_is_finite_but_beyond_all_scenes_stops_nothing_but_its_nodes() {
     let plain = Contact {
-        nodes: [40, 41, 61],
-        weights: [1.0, 0.0, 0.0],
+        point: TissuePoint::node(40),
         normal: Vec3::X,
         offset_start: 30.0,
         offset_end: 30.0,
@@ -56,7 +55,7 @@ fn a_contact_that_is_finite_but_beyond_all_scenes_stops_nothing_but_its_nodes() 
             offset_end: far,
             ..plain
         };
-        goes_on(&format!("offset {far} mm"), start(), &plain.nodes, &[offset]);
+        goes_on(&format!("offset {far} mm"), start(), &[40], &[offset]);
     }
 }
 

@@ -9,7 +9,7 @@ use common::networks::rounding_nj;
 use common::{drive_tool_through, tube_lattice, tube_lattice_around};
 use glam::Vec3;
 use resecta_anatomy::Lattice;
-use resecta_solver::{Contact, Material, NodeKind, ShearResistance, Tissue, TissueMesh};
+use resecta_solver::{Contact, Material, NodeKind, ShearResistance, Tissue, TissueMesh, TissuePoint};
 
 const SHEARS: [ShearResistance; 3] = [
     ShearResistance::None,
@@ -105,8 +105,7 @@ fn a_sheath_that_widens_a_narrow_lumen_turns_nothing_inside_out() {
                 let contacts: Vec<Contact> = lumen
                     .iter()
                     .map(|&node| Contact {
-                        nodes: [node; 3],
-                        weights: [1.0, 0.0, 0.0],
+                        point: TissuePoint::node(node),
                         normal: tissue.rest_position(node).with_z(0.0).normalize(),
                         offset_start: radius(frame),
                         offset_end: radius(frame + 1),
@@ -156,8 +155,7 @@ fn a_block_squeezed_to_half_between_plates_turns_nothing_inside_out() {
                 let gap = |frame: u32| 12.0 - 6.0 * (frame as f32 / 30.0).min(1.0);
                 let plate = |nodes: &[u32], normal: Vec3, start: f32, end: f32| -> Vec<Contact> {
                     let on = |&node: &u32| Contact {
-                        nodes: [node; 3],
-                        weights: [1.0, 0.0, 0.0],
+                        point: TissuePoint::node(node),
                         normal,
                         offset_start: start,
                         offset_end: end,

@@ -5,7 +5,7 @@ mod common;
 use common::{block_mesh, tube};
 use glam::{DVec3, Vec3};
 use resecta_solver::reference::{self, Inertia};
-use resecta_solver::{Contact, Material, ShearResistance, StepError, Tissue, TissueMesh};
+use resecta_solver::{Contact, Material, ShearResistance, StepError, Tissue, TissueMesh, TissuePoint};
 
 /// A block that nothing holds and nothing damps.
 fn free_block(n: [u32; 3]) -> Tissue {
@@ -215,8 +215,7 @@ fn a_contact_holds_its_plane_and_leaves_the_rest_alone() {
     let at = |tissue: &Tissue| (tissue.position(a) + tissue.position(b) + tissue.position(c)).dot(normal) / 3.0;
     let start = at(&tissue);
     let contact = Contact {
-        nodes: [a, b, c],
-        weights: [1.0 / 3.0; 3],
+        point: TissuePoint::on_triangle([a, b, c], [1.0 / 3.0; 3]),
         normal,
         offset_start: start,
         offset_end: start + 1.0,
@@ -234,14 +233,13 @@ fn a_contact_holds_its_plane_and_leaves_the_rest_alone() {
 #[test]
 fn contacts_that_make_no_sense_are_counted_and_left_out() {
     let mut tissue = free_block([2, 2, 2]);
-    let contact = |nodes: [u32; 3], offset_end: f32| Contact {
-        nodes,
-        weights: [1.0, 0.0, 0.0],
+    let contact = |node: u32, offset_end: f32| Contact {
+        point: TissuePoint::node(node),
         normal: Vec3::X,
         offset_start: 0.0,
         offset_end,
     };
-    let contacts = [contact([0, 1, 2], f32::NAN), contact([0, 1, 9999], 1.0)];
+    let contacts = [contact(0, f32::NAN), contact(9999, 1.0)];
     let report = tissue.advance(0.01, &contacts).expect("a plain advance");
     assert_eq!(report.contacts_refused, 2);
     assert_eq!(tissue.validate(), Ok(()));

@@ -4,7 +4,7 @@ mod common;
 
 use common::tube;
 use glam::Vec3;
-use resecta_solver::{CollapseLaw, Contact, ShearResistance, Tissue};
+use resecta_solver::{CollapseLaw, Contact, ShearResistance, Tissue, TissuePoint};
 
 const STEP_S: f64 = 1.0 / 60.0;
 
@@ -126,8 +126,7 @@ fn edits_contacts_and_cuts_wake() {
                 let normal = Vec3::Z;
                 let height = tissue.position(triangle[0]).dot(normal);
                 let contact = Contact {
-                    nodes: triangle,
-                    weights: [1.0, 0.0, 0.0],
+                    point: TissuePoint::node(triangle[0]),
                     normal,
                     offset_start: height,
                     offset_end: height + 1.0,

@@ -5,7 +5,7 @@ mod common;
 use common::networks::{cube, tissue};
 use common::tube;
 use glam::{DVec3, Vec3};
-use resecta_solver::{CollapseLaw, Contact, ShearResistance, Tissue};
+use resecta_solver::{CollapseLaw, Contact, ShearResistance, Tissue, TissuePoint};
 
 const STEP_S: f64 = 1.0 / 60.0;
 
@@ -24,8 +24,7 @@ fn operate(tissue: &mut Tissue) -> Vec<(DVec3, Vec3)> {
         .expect("a finite load");
     let top = tissue.position(7);
     let push = Contact {
-        nodes: [7, 8, 9],
-        weights: [0.2, 0.3, 0.5],
+        point: TissuePoint::on_triangle([7, 8, 9], [0.2, 0.3, 0.5]),
         normal: Vec3::X,
         offset_start: top.x,
         offset_end: top.x + 0.3,

@@ -160,6 +160,7 @@ impl<'a> Theatre<'a> {
             cutting: CuttingRule::Sphere {
                 radius_mm: CUTTING_RADIUS_MM,
             },
+            detail: CutDetail::Elements,
             ..default()
         };
         app.world_mut().spawn((Tissue::new(tube.clone()), settings));

@@ -11,7 +11,7 @@ use bevy::{
 };
 use resecta_anatomy::Zone;
 
-use crate::{collide::Collider, gather::RemovedParts, settings::TissueSettings};
+use crate::{collide::Collider, fine::Fine, gather::RemovedParts, settings::TissueSettings};
 
 /// A tissue: the entity that owns the solver's state. Spawn it and its parts follow in the next step; remove or replace
 /// it and its parts are despawned.
@@ -24,6 +24,12 @@ use crate::{collide::Collider, gather::RemovedParts, settings::TissueSettings};
 pub struct Tissue {
     #[reflect(ignore)]
     pub(crate) solver: resecta_solver::Tissue,
+    /// The boundary of cuts finer than the elements, where a scene cuts so.
+    #[reflect(ignore)]
+    pub(crate) fine: Option<Fine>,
+    /// Whether it was found that the tissue can have none as fine as its settings say.
+    #[reflect(ignore)]
+    pub(crate) coarse_for_good: bool,
     #[reflect(ignore)]
     pub(crate) parts: Option<PartEntities>,
     /// Ordinal of the tissue in its app: decides the order of what is done and told, since entity ids may not.
@@ -52,6 +58,8 @@ impl Tissue {
     pub fn new(solver: resecta_solver::Tissue) -> Self {
         Self {
             solver,
+            fine: None,
+            coarse_for_good: false,
             parts: None,
             ordinal: u64::MAX,
             written: None,
@@ -69,6 +77,13 @@ impl Tissue {
     /// is edited both ways before a step, the component wins. Do not resect here: despawn entities, so that they go.
     pub fn solver_mut(&mut self) -> &mut resecta_solver::Tissue {
         &mut self.solver
+    }
+
+    /// Brings a surface finer than the elements to where the tissue is.
+    pub(crate) fn follow(&mut self) {
+        if let Some(fine) = &mut self.fine {
+            fine.follow(&self.solver);
+        }
     }
 
     /// The entity of node `index`; none before the first step and past the end. Dead once the node is removed.

@@ -1,20 +1,26 @@
-//! Resection: by the loop of a tool, or because entities were despawned.
+//! Resection: by the loop of a tool, or because entities were despawned; by whole elements, or finer (`fine.rs`).
+
+use std::sync::Arc;
 
 use bevy::{ecs::system::SystemParam, prelude::*};
+use resecta_field::{FieldError, Tool};
+use resecta_solver::Resection;
 
 use crate::{
-    collide::{Collider, StepTools},
+    collide::{Collider, StepTools, ToolMotion},
     components::Tissue,
     diagnostics::{TissueDiagnostics, timed},
-    messages::{PutAsideReason, PutAsideSubject, TissueInconsistent, TissuePutAside, TissueResected},
-    settings::{CuttingRule, TissueSettings},
-    tool::ToolPartKind,
+    fine::{Fine, Taken},
+    messages::{PutAsideReason, PutAsideSubject, TissueChip, TissueInconsistent, TissuePutAside, TissueResected},
+    settings::{CutDetail, CuttingRule, TissueSettings},
+    tool::{TissueTool, ToolPartKind},
 };
 
 /// Where the stages tell what happened.
 #[derive(SystemParam)]
 pub(crate) struct Reports<'w> {
     resected: MessageWriter<'w, TissueResected>,
+    chips: MessageWriter<'w, TissueChip>,
     put_aside: MessageWriter<'w, TissuePutAside>,
     inconsistent: MessageWriter<'w, TissueInconsistent>,
     totals: ResMut<'w, ReportTotals>,
@@ -53,6 +59,32 @@ impl Reports<'_> {
     }
 }
 
+/// Prepares tissues that a scene cuts finer than their elements.
+pub(crate) fn refine(
+    mut tissues: Query<(Entity, &mut Tissue, &TissueSettings)>,
+    tools: Query<&TissueTool>,
+    mut reports: Reports,
+) {
+    if tools.iter().all(|tool| tool.cutter.is_none()) {
+        return;
+    }
+    for (entity, mut tissue, settings) in &mut tissues {
+        let CutDetail::Field { spacing_mm } = settings.detail else {
+            continue;
+        };
+        if tissue.fine.is_some() || tissue.coarse_for_good {
+            continue;
+        }
+        match Fine::new(&tissue.solver, spacing_mm) {
+            Ok(fine) => tissue.fine = Some(fine),
+            Err(error) => {
+                tissue.coarse_for_good = true;
+                reports.put_aside(entity, PutAsideSubject::Step, PutAsideReason::Field(error));
+            }
+        }
+    }
+}
+
 /// Lets the loops of tools that cut take what they reach.
 pub(crate) fn cut(
     mut tissues: Query<(Entity, &mut Tissue, &TissueSettings, &Collider)>,
@@ -66,37 +98,27 @@ pub(crate) fn cut(
         let mut ordered: Vec<_> = tissues.iter_mut().collect();
         ordered.sort_unstable_by_key(|(_, tissue, ..)| tissue.ordinal);
         for (entity, mut tissue, settings, collider) in ordered {
-            for (index, tool) in tools.iter().enumerate().filter(|(_, tool)| tool.cutting) {
-                let (Some(sweep), Some(deepest)) = (tool.loop_sweep(), tool.loop_deepest_point()) else {
-                    continue;
-                };
-                let swept = tissue.solver.pentahedra_swept(&sweep);
-                let reached = match settings.cutting {
-                    CuttingRule::Sweep => swept,
-                    CuttingRule::Sphere { radius_mm } => {
-                        let touched = collider.found().iter().filter(|found| {
-                            found.tool == index as u32 && found.kind == ToolPartKind::Loop && found.touches()
-                        });
-                        let nodes = touched.flat_map(|found| found.contact.nodes);
-                        let nodes = nodes.chain(swept.iter().flat_map(|&index| tissue.solver.pentahedron_nodes(index)));
-                        match nearest_node(&tissue.solver, deepest, nodes) {
-                            Some(node) => tissue.solver.pentahedra_near(node, f64::from(radius_mm)),
-                            None => Vec::new(),
-                        }
-                    }
-                };
-                let tissue = &mut *tissue;
-                let by = Some(tool.entity);
-                resect(
+            let tissue = &mut *tissue;
+            if let Some(fine) = &mut tissue.fine {
+                fine.end_strokes(|tool| tools.iter().any(|other| other.entity == tool && other.cutting));
+            }
+            for (index, tool) in (0u32..).zip(tools.iter()).filter(|(_, tool)| tool.cutting) {
+                let mut cut = Cut {
                     entity,
-                    tissue,
+                    tissue: &mut *tissue,
                     settings,
-                    by,
-                    reached,
-                    &mut commands,
-                    &mut reports,
-                    &mut diagnostics,
-                );
+                    by: Some(tool.entity),
+                };
+                let resection = cut.by_loop(index, tool, collider);
+                cut.tell(resection, &mut commands, &mut reports, &mut diagnostics);
+            }
+            let chip = tissue.fine.as_mut().and_then(|fine| fine.take_chip(&tissue.solver));
+            if let Some((tool, chip)) = chip {
+                reports.chips.write(TissueChip {
+                    tissue: entity,
+                    tool,
+                    chip: Arc::new(chip),
+                });
             }
         }
     });
@@ -109,57 +131,135 @@ fn nearest_node(solver: &resecta_solver::Tissue, point: Vec3, nodes: impl Iterat
     nodes.min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
 }
 
-/// Removes pentahedra with all that goes with them, pieces that they leave hanging by nothing included, from the solver
-/// and from the world, and tells.
-pub(crate) fn resect(
-    entity: Entity,
-    tissue: &mut Tissue,
-    settings: &TissueSettings,
-    tool: Option<Entity>,
-    mut pentahedra: Vec<u32>,
-    commands: &mut Commands,
-    reports: &mut Reports,
-    diagnostics: &mut TissueDiagnostics,
-) {
-    pentahedra.retain(|&index| tissue.solver.is_pentahedron_alive(index));
-    pentahedra.sort_unstable();
-    pentahedra.dedup();
-    if pentahedra.is_empty() {
-        return;
-    }
-    let pieces = tissue.solver.pieces_cut_free(&pentahedra);
-    pentahedra.extend(pieces);
-    let resection = tissue.solver.resect(&pentahedra, settings.collapse);
-    tissue.cut = true;
-    tissue.weakened.extend(&resection.weakened);
-    diagnostics.resected += resection.pentahedra.len();
-    if resection.law_refused {
-        reports.put_aside(entity, PutAsideSubject::Step, PutAsideReason::Collapse);
-    }
-    if let Some(parts) = &tissue.parts {
-        let entities = |indices: &[u32], parts: &[Entity]| -> Vec<Entity> {
-            indices
-                .iter()
-                .filter_map(|&index| parts.get(index as usize).copied())
-                .collect()
+/// A tissue that is about to be cut.
+pub(crate) struct Cut<'a> {
+    pub entity: Entity,
+    pub tissue: &'a mut Tissue,
+    pub settings: &'a TissueSettings,
+    /// The tool; none when a system despawned entities.
+    pub by: Option<Entity>,
+}
+
+impl Cut<'_> {
+    /// Lets a loop take what it reaches in the step.
+    fn by_loop(&mut self, index: u32, tool: &ToolMotion, collider: &Collider) -> Result<Resection, FieldError> {
+        let (Some(sweep), Some(deepest)) = (tool.loop_sweep(), tool.loop_deepest_point()) else {
+            return Ok(Resection::default());
         };
-        let mut gone = entities(&resection.pentahedra, &parts.pentahedra);
-        gone.extend(entities(&resection.springs, &parts.springs));
-        gone.extend(entities(&resection.nodes, &parts.nodes));
-        commands.queue(move |world: &mut World| {
-            for entity in gone {
-                // What a system despawned is gone already.
-                world.try_despawn(entity).ok();
+        let solver = &self.tissue.solver;
+        match (self.settings.cutting, &mut self.tissue.fine) {
+            (CuttingRule::Sweep, None) => {
+                let swept = solver.pentahedra_swept(&sweep);
+                self.of_elements(swept)
             }
-        });
+            (CuttingRule::Sweep, Some(fine)) => {
+                let step = fine.stroke(tool.entity, &sweep);
+                let taken = fine.cut(solver, self.by, &step)?;
+                Ok(self.thin(&taken))
+            }
+            (CuttingRule::Sphere { radius_mm }, fine) => {
+                let swept = solver.pentahedra_swept(&sweep);
+                let touched = collider
+                    .found()
+                    .iter()
+                    .filter(|found| found.tool == index && found.kind == ToolPartKind::Loop && found.touches());
+                let nodes = touched.flat_map(|found| found.contact.point.parts().map(|(node, _)| node));
+                let nodes = nodes.chain(swept.iter().flat_map(|&index| solver.pentahedron_nodes(index)));
+                let Some(node) = nearest_node(solver, deepest, nodes) else {
+                    return Ok(Resection::default());
+                };
+                let Some(fine) = fine else {
+                    let near = solver.pentahedra_near(node, f64::from(radius_mm));
+                    return self.of_elements(near);
+                };
+                let ball = Tool::Sphere {
+                    centre: solver.position(node).as_dvec3(),
+                    radius_mm: f64::from(radius_mm),
+                };
+                let taken = fine.cut(solver, self.by, &ball)?;
+                Ok(self.thin(&taken))
+            }
+        }
     }
-    reports.resected.write(TissueResected {
-        tissue: entity,
-        tool,
-        pentahedra: resection.pentahedra,
-        volume_mm3: resection.rest_volume_mm3,
-        by_zone_mm3: resection.by_zone_mm3,
-        capsule_area_mm2: resection.capsule_area_mm2,
-    });
-    reports.check(entity, tissue, settings);
+
+    /// Takes whole pentahedra, pieces that they leave hanging by nothing included.
+    pub fn of_elements(&mut self, mut pentahedra: Vec<u32>) -> Result<Resection, FieldError> {
+        let solver = &mut self.tissue.solver;
+        pentahedra.retain(|&index| solver.is_pentahedron_alive(index));
+        pentahedra.sort_unstable();
+        pentahedra.dedup();
+        if pentahedra.is_empty() {
+            return Ok(Resection::default());
+        }
+        if let Some(fine) = &mut self.tissue.fine {
+            let taken = fine.empty(solver, &pentahedra)?;
+            return Ok(self.thin(&taken));
+        }
+        let pieces = solver.pieces_cut_free(&pentahedra);
+        pentahedra.extend(pieces);
+        Ok(solver.resect(&pentahedra, self.settings.collapse))
+    }
+
+    fn thin(&mut self, taken: &Taken) -> Resection {
+        self.tissue.solver.thin(&taken.left, self.settings.collapse)
+    }
+
+    /// Lets the entities of what went follow, and tells.
+    pub fn tell(
+        self,
+        resection: Result<Resection, FieldError>,
+        commands: &mut Commands,
+        reports: &mut Reports,
+        diagnostics: &mut TissueDiagnostics,
+    ) {
+        let Cut {
+            entity,
+            tissue,
+            settings,
+            by,
+        } = self;
+        let resection = match resection {
+            Ok(resection) => resection,
+            Err(error) => {
+                reports.put_aside(entity, PutAsideSubject::Step, PutAsideReason::Field(error));
+                return;
+            }
+        };
+        if resection.taken_mm3.is_empty() {
+            return;
+        }
+        tissue.cut = true;
+        tissue.weakened.extend(&resection.weakened);
+        diagnostics.resected += resection.pentahedra.len();
+        if resection.law_refused {
+            reports.put_aside(entity, PutAsideSubject::Step, PutAsideReason::Collapse);
+        }
+        if let Some(parts) = &tissue.parts {
+            let entities = |indices: &[u32], parts: &[Entity]| -> Vec<Entity> {
+                indices
+                    .iter()
+                    .filter_map(|&index| parts.get(index as usize).copied())
+                    .collect()
+            };
+            let mut gone = entities(&resection.pentahedra, &parts.pentahedra);
+            gone.extend(entities(&resection.springs, &parts.springs));
+            gone.extend(entities(&resection.nodes, &parts.nodes));
+            commands.queue(move |world: &mut World| {
+                for entity in gone {
+                    // What a system despawned is gone already.
+                    world.try_despawn(entity).ok();
+                }
+            });
+        }
+        reports.resected.write(TissueResected {
+            tissue: entity,
+            tool: by,
+            pentahedra: resection.pentahedra,
+            taken_mm3: resection.taken_mm3,
+            volume_mm3: resection.rest_volume_mm3,
+            by_zone_mm3: resection.by_zone_mm3,
+            capsule_area_mm2: resection.capsule_area_mm2,
+        });
+        reports.check(entity, tissue, settings);
+    }
 }

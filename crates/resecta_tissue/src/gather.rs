@@ -12,7 +12,7 @@ use resecta_solver::EditError;
 
 use crate::{
     components::{PartEntities, Pentahedron, Spring, Tissue, TissueNode},
-    cut::{Reports, resect},
+    cut::{Cut, Reports},
     diagnostics::{TissueDiagnostics, timed},
     messages::{PutAsideReason, PutAsideSubject},
     settings::TissueSettings,
@@ -193,16 +193,17 @@ pub(crate) fn gather(
             for index in gone(&removed.nodes, entity, &parts.nodes) {
                 doomed.extend(tissue.solver.pentahedra_around(index));
             }
-            resect(
+            if let Some(fine) = &mut tissue.fine {
+                fine.begin_step();
+            }
+            let mut cut = Cut {
                 entity,
                 tissue,
                 settings,
-                None,
-                doomed,
-                &mut commands,
-                &mut reports,
-                &mut diagnostics,
-            );
+                by: None,
+            };
+            let resection = cut.of_elements(doomed);
+            cut.tell(resection, &mut commands, &mut reports, &mut diagnostics);
         }
     });
     diagnostics.prepare += time;

@@ -3,7 +3,8 @@
 //! A [`Tissue`] component owns the state of `resecta_solver`; its nodes, springs and pentahedra are entities of their own
 //! ([`TissueNode`], [`Spring`], [`Pentahedron`]) that any system reads and edits: a load on a node, another stiffness, a
 //! despawned pentahedron (a resection). A [`TissueTool`] pushes and cuts. [`TissuePlugin`] runs the step; its order is
-//! [`TissueSystems`]. What happened is told by messages: [`TissueContact`], [`TissueResected`], [`TissuePutAside`].
+//! [`TissueSystems`]. What happened is told by messages: [`TissueContact`], [`TissueResected`],
+//! [`TissueChip`], [`TissuePutAside`].
 //!
 //! ```
 //! use bevy::prelude::*;
@@ -34,7 +35,8 @@
 //! | the order of a step | `plugin.rs` |
 //! | how edits reach the solver and results the components | `gather.rs`, `write_back.rs` |
 //! | how tools push | `collide/` |
-//! | how loops cut | `cut.rs` |
+//! | how loops cut, and how finely | `cut.rs`, `fine.rs` |
+//! | the surface that is touched and drawn | `skin.rs` |
 //! | the visible mesh | `surface_mesh.rs` |
 //!
 //! What is off costs nothing: [`TissueSettings`] switches collapse, collision and the mesh a tissue, and an app without
@@ -45,10 +47,12 @@ mod collide;
 mod components;
 mod cut;
 mod diagnostics;
+mod fine;
 mod gather;
 mod messages;
 mod plugin;
 mod settings;
+mod skin;
 mod surface_mesh;
 mod tool;
 mod write_back;
@@ -56,18 +60,19 @@ mod write_back;
 pub use components::{Pentahedron, Spring, Tissue, TissueNode};
 pub use diagnostics::{TissueDiagnostics, TissueDiagnosticsPlugin};
 pub use messages::{
-    PutAsideReason, PutAsideSubject, TissueContact, TissueInconsistent, TissuePutAside, TissueResected,
+    PutAsideReason, PutAsideSubject, TissueChip, TissueContact, TissueInconsistent, TissuePutAside, TissueResected,
 };
 pub use plugin::{TissuePlugin, TissueSystems};
-pub use settings::{CuttingRule, TissueSettings};
+pub use resecta_field::{Chip, FieldError, SurfaceKind};
+pub use settings::{CutDetail, CuttingRule, TissueSettings};
 pub use surface_mesh::{TissueColours, TissueTint};
 pub use tool::{LoopCutter, TissueTool, ToolPart, ToolPartKind, ToolPlacement};
 
 /// What a user of the crate types daily.
 pub mod prelude {
     pub use crate::{
-        CuttingRule, LoopCutter, Pentahedron, Spring, Tissue, TissueContact, TissueDiagnostics, TissueNode,
-        TissuePlugin, TissuePutAside, TissueResected, TissueSettings, TissueSystems, TissueTint, TissueTool, ToolPart,
-        ToolPartKind,
+        CutDetail, CuttingRule, LoopCutter, Pentahedron, Spring, Tissue, TissueChip, TissueContact, TissueDiagnostics,
+        TissueNode, TissuePlugin, TissuePutAside, TissueResected, TissueSettings, TissueSystems, TissueTint,
+        TissueTool, ToolPart, ToolPartKind,
     };
 }

@@ -1,13 +1,16 @@
 //! What the plugin tells: contacts, resections, and what it had to put aside.
 
+use std::sync::Arc;
+
 use bevy::prelude::*;
 use resecta_anatomy::Zone;
+use resecta_field::{Chip, FieldError};
 use resecta_solver::{EditError, NodeKind, StepError};
 
 use crate::tool::ToolPartKind;
 
-/// A part of a tool touched a triangle of a tissue's surface during this step. Sent once a step for each part and
-/// triangle, ordered by tissue, tool, part and triangle.
+/// A part of a tool touched a tissue's surface during this step. Sent once a step for each part and pentahedron that
+/// carries what was touched, where it is deepest; ordered by tissue, tool, part and pentahedron.
 #[derive(Message, Debug, Clone, PartialEq)]
 pub struct TissueContact {
     /// The tissue touched.
@@ -16,35 +19,49 @@ pub struct TissueContact {
     pub tool: Entity,
     /// What part of the tool touched.
     pub part: ToolPartKind,
-    /// The nodes of the triangle, counter-clockwise seen from outside.
-    pub nodes: [u32; 3],
-    /// The point of the triangle that was touched, mm.
+    /// The pentahedron.
+    pub pentahedron: u32,
+    /// The point of the surface that was touched, mm.
     pub point: Vec3,
     /// Unit direction from the tool into the tissue.
     pub normal: Vec3,
-    /// How far the tool's surface would reach past the triangle if the tissue did not give way, mm, >= 0.
+    /// How far the tool's surface would reach past that point if the tissue did not give way, mm, >= 0.
     pub depth_mm: f32,
-    /// What surface was touched: the kind that most of the triangle's nodes have.
+    /// What surface was touched: the kind that most of the corners of the triangle there have.
     pub kind: NodeKind,
     /// Whether a current (cutting or coagulating) flowed through this part: only through the loop.
     pub current: bool,
 }
 
-/// Pentahedra left a tissue, by a loop or because a system despawned their entities.
+/// Tissue went: pentahedra or parts of them, by a loop or because a system despawned entities.
 #[derive(Message, Debug, Clone, PartialEq)]
 pub struct TissueResected {
     /// The tissue they left.
     pub tissue: Entity,
     /// The tool that cut; none when a system despawned an entity.
     pub tool: Option<Entity>,
-    /// Indices of the pentahedra, ascending.
+    /// Indices of the pentahedra of which nothing is left, ascending.
     pub pentahedra: Vec<u32>,
-    /// Their volume at rest, mm³. Sums over messages to exactly what the tissue lost.
+    /// What each pentahedron lost, those that stay with less in them included: volume at rest, mm³; ascending.
+    pub taken_mm3: Vec<(u32, f64)>,
+    /// Their sum, mm³. Sums over messages to exactly what the tissue lost.
     pub volume_mm3: f64,
     /// The same by zone, indexed by [`Zone::index`].
     pub by_zone_mm3: [f64; Zone::COUNT],
     /// Area of the capsule that went with them, mm².
     pub capsule_area_mm2: f64,
+}
+
+/// A stroke is over, and this is what it cut out: a body of its own, for whoever lets it float away. Only of a tissue that is
+/// cut finer than its elements ([`CutDetail::Field`](crate::CutDetail)).
+#[derive(Message, Debug, Clone)]
+pub struct TissueChip {
+    /// The tissue it came from.
+    pub tissue: Entity,
+    /// The tool that cut; none when a system despawned an entity.
+    pub tool: Option<Entity>,
+    /// Its surface, volume and inertia. The volumes of all chips sum to what the tissue lost.
+    pub chip: Arc<Chip>,
 }
 
 /// Something was refused or left out of a step because it made no sense, and what that was.
@@ -90,6 +107,8 @@ pub enum PutAsideReason {
     Contacts(usize),
     /// The number of the collapse law in the settings cannot be: nothing collapsed into the cut.
     Collapse,
+    /// The tissue cannot be cut as finely as its settings say, and is cut by whole pentahedra; or a cut was refused.
+    Field(FieldError),
 }
 
 /// The tissue's arrays contradict each other after a structural change: a defect of the program, never of input.

@@ -11,7 +11,7 @@ use crate::{
     cut::{self, ReportTotals},
     diagnostics::TissueDiagnostics,
     gather::{self, RemovedParts, TissueCount},
-    messages::{TissueContact, TissueInconsistent, TissuePutAside, TissueResected},
+    messages::{TissueChip, TissueContact, TissueInconsistent, TissuePutAside, TissueResected},
     settings::TissueSettings,
     surface_mesh::{self, TissueColours, TissueTint},
     tool::TissueTool,
@@ -75,6 +75,7 @@ impl Plugin for TissuePlugin {
             .init_resource::<TissueDiagnostics>()
             .add_message::<TissueContact>()
             .add_message::<TissueResected>()
+            .add_message::<TissueChip>()
             .add_message::<TissuePutAside>()
             .add_message::<TissueInconsistent>()
             .register_type::<Tissue>()
@@ -103,7 +104,7 @@ impl Plugin for TissuePlugin {
         app.add_systems(
             self.schedule,
             (
-                (begin_step, gather::spawn_parts, gather::gather)
+                (begin_step, gather::spawn_parts, cut::refine, gather::gather)
                     .chain()
                     .in_set(TissueSystems::Prepare),
                 (collide::read_tools, collide::collide.run_if(collide::any_collision))

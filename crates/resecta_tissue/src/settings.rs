@@ -17,6 +17,8 @@ pub struct TissueSettings {
     pub visible_mesh: bool,
     /// What a cutting loop takes away.
     pub cutting: CuttingRule,
+    /// How finely.
+    pub detail: CutDetail,
     /// Whether the solver's arrays are validated after each structural change. Debug builds always do.
     pub check_consistency: bool,
     /// The error that the tissue aims for, root mean square over its nodes, mm; above 0, or the solver's own aim stays.
@@ -35,10 +37,29 @@ impl Default for TissueSettings {
             collision: true,
             visible_mesh: true,
             cutting: CuttingRule::default(),
+            detail: CutDetail::default(),
             check_consistency: false,
             error_aim_mm: DEFAULT_ERROR_AIM_MM,
             watch_error_every: 0,
         }
+    }
+}
+
+/// How finely a tissue is cut. Read when the app has both the tissue and a tool with a loop; after that it stays.
+#[derive(Reflect, Debug, Clone, Copy, PartialEq)]
+pub enum CutDetail {
+    /// Whole pentahedra go, as in the papers.
+    Elements,
+    /// A boundary inside the pentahedra: what the loop sweeps goes, and what is left of a pentahedron weighs and pulls less.
+    Field {
+        /// Longest distance between its points at rest, mm; above 0 and at least a 32nd of the longest edge.
+        spacing_mm: f32,
+    },
+}
+
+impl Default for CutDetail {
+    fn default() -> Self {
+        Self::Field { spacing_mm: 0.5 }
     }
 }
 
@@ -48,7 +69,8 @@ pub enum CuttingRule {
     /// The volume that the loop's half disc sweeps in a step.
     #[default]
     Sweep,
-    /// The rule of the papers: the pentahedra near the contact node, under the cutting radius.
+    /// The rule of the papers: the pentahedra near the contact node, under the cutting radius; finer than the elements,
+    /// the ball of that radius around it.
     Sphere {
         /// The cutting radius `c_r`, mm (3 to 5).
         radius_mm: f32,

@@ -1,6 +1,6 @@
-//! The visible mesh: the exposed faces of a tissue as one [`Mesh`].
+//! The visible mesh: the skin of a tissue as one [`Mesh`].
 //!
-//! Vertices are the nodes of the surface. Vertices and indices are rebuilt only where the topology changed; otherwise
+//! Vertices are those of the skin that a triangle uses. Vertices and indices are rebuilt only where the topology changed; otherwise
 //! positions and normals are overwritten in place, since a mesh that is replaced is allocated anew each frame.
 
 use std::collections::BTreeMap;
@@ -18,6 +18,7 @@ use crate::{
     components::Tissue,
     diagnostics::{TissueDiagnostics, timed},
     settings::TissueSettings,
+    skin::{Skin, SkinVersion},
 };
 
 /// Colours of a tissue's surface by what it is. Optional beside [`Tissue`]; without it the defaults hold.
@@ -30,6 +31,8 @@ pub struct TissueColours {
     pub capsule: LinearRgba,
     /// Cut tissue by zone, indexed by [`Zone::index`].
     pub cut: [LinearRgba; Zone::COUNT],
+    /// Tissue that was coagulated.
+    pub coagulated: LinearRgba,
 }
 
 impl Default for TissueColours {
@@ -44,6 +47,7 @@ impl Default for TissueColours {
                 srgb(0.84, 0.62, 0.50),
                 srgb(0.88, 0.68, 0.56),
             ],
+            coagulated: srgb(0.55, 0.40, 0.26),
         }
     }
 }
@@ -56,14 +60,17 @@ pub struct TissueTint {
     pub nodes: BTreeMap<u32, LinearRgba>,
 }
 
+/// Tissue coagulated to this depth has the colour of coagulated tissue, mm.
+const COAGULATED_MM: f32 = 0.5;
+
 /// What a tissue's mesh was built from.
 #[derive(Component, Default)]
 pub(crate) struct SurfaceMesh {
-    topology: Option<u64>,
+    topology: Option<SkinVersion>,
     /// The version of the motion that positions and normals are of.
     motion: Option<u64>,
-    /// The node of each vertex.
-    nodes: Vec<u32>,
+    /// The vertex of the skin that each vertex is.
+    vertices: Vec<u32>,
     /// The triangles, as vertices.
     triangles: Vec<[u32; 3]>,
     /// The zone of each node: the first in the order of [`Zone::ALL`] that a pentahedron around it is in.
@@ -80,7 +87,7 @@ pub(crate) fn any_visible(meshes: Option<Res<Assets<Mesh>>>, tissues: Query<&Tis
 pub(crate) fn rebuild_meshes(
     mut tissues: Query<(
         Entity,
-        &Tissue,
+        &mut Tissue,
         &TissueSettings,
         Option<Ref<TissueColours>>,
         Option<Ref<TissueTint>>,
@@ -94,20 +101,22 @@ pub(crate) fn rebuild_meshes(
 ) {
     let mut time = std::time::Duration::ZERO;
     timed(&mut time, || {
-        for (entity, tissue, settings, colours, tint, state, handle, aabb) in &mut tissues {
+        for (entity, mut tissue, settings, colours, tint, state, handle, aabb) in &mut tissues {
             if !settings.visible_mesh {
                 continue;
             }
+            tissue.follow();
             let solver = &tissue.solver;
+            let skin = Skin::of(&tissue);
             let recoloured = colours.as_ref().is_some_and(|colours| colours.is_changed())
                 || tint.as_ref().is_some_and(|tint| tint.is_changed());
-            let paint = |surface: &SurfaceMesh| surface.colours(solver, colours.as_deref(), tint.as_deref());
+            let paint = |surface: &SurfaceMesh| surface.colours(&skin, colours.as_deref(), tint.as_deref());
             let (Some(mut state), Some(handle)) = (state, handle) else {
                 let mut state = SurfaceMesh::default();
                 let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default());
-                state.rebuild(solver);
+                state.rebuild(solver, &skin);
                 state.write_topology(&mut mesh, paint(&state));
-                state.write_positions(solver, &mut mesh);
+                state.write_positions(&skin, &mut mesh);
                 let bound = state.bound;
                 let handle = Mesh3d(meshes.add(mesh));
                 commands
@@ -116,15 +125,15 @@ pub(crate) fn rebuild_meshes(
                 diagnostics.meshes_rebuilt += 1;
                 continue;
             };
-            let is_still = state.motion == Some(solver.motion_version());
-            if state.topology == Some(solver.surface().version()) && is_still && !recoloured {
+            let is_still = state.motion == Some(skin.motion_version());
+            if state.topology == Some(skin.version()) && is_still && !recoloured {
                 continue;
             }
             let Some(mut mesh) = meshes.get_mut(&handle.0) else {
                 continue;
             };
-            if state.topology != Some(solver.surface().version()) {
-                state.rebuild(solver);
+            if state.topology != Some(skin.version()) {
+                state.rebuild(solver, &skin);
                 state.write_topology(&mut mesh, paint(&state));
                 diagnostics.meshes_rebuilt += 1;
             } else {
@@ -133,7 +142,7 @@ pub(crate) fn rebuild_meshes(
                 }
                 diagnostics.meshes_moved += 1;
             }
-            state.write_positions(solver, &mut mesh);
+            state.write_positions(&skin, &mut mesh);
             if let Some(mut aabb) = aabb {
                 *aabb = state.bound;
             }
@@ -143,24 +152,23 @@ pub(crate) fn rebuild_meshes(
 }
 
 impl SurfaceMesh {
-    /// Numbers the nodes of the surface and its triangles anew.
-    fn rebuild(&mut self, solver: &resecta_solver::Tissue) {
+    /// Numbers the vertices in use and their triangles anew.
+    fn rebuild(&mut self, solver: &resecta_solver::Tissue, skin: &Skin) {
         if self.zones.is_empty() {
             self.zones = zones(solver);
         }
-        let surface = solver.surface();
-        self.topology = Some(surface.version());
-        self.nodes.clear();
+        self.topology = Some(skin.version());
+        self.vertices.clear();
         self.triangles.clear();
-        let mut vertex = vec![u32::MAX; solver.node_count()];
-        for (_, triangle) in surface.triangles() {
-            self.triangles.push(triangle.map(|node| {
-                let vertex = &mut vertex[node as usize];
-                if *vertex == u32::MAX {
-                    *vertex = self.nodes.len() as u32;
-                    self.nodes.push(node);
+        let mut numbers = vec![u32::MAX; skin.vertex_count()];
+        for triangle in (0..skin.slot_count() as u32).filter_map(|slot| skin.triangle(slot)) {
+            self.triangles.push(triangle.map(|vertex| {
+                let number = &mut numbers[vertex as usize];
+                if *number == u32::MAX {
+                    *number = self.vertices.len() as u32;
+                    self.vertices.push(vertex);
                 }
-                *vertex
+                *number
             }));
         }
     }
@@ -169,26 +177,33 @@ impl SurfaceMesh {
     fn write_topology(&self, mesh: &mut Mesh, colours: Vec<[f32; 4]>) {
         mesh.insert_indices(Indices::U32(self.triangles.as_flattened().to_vec()));
         mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, colours);
-        mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0f32; 3]; self.nodes.len()]);
-        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0f32; 3]; self.nodes.len()]);
+        mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0f32; 3]; self.vertices.len()]);
+        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0f32; 3]; self.vertices.len()]);
     }
 
-    /// Overwrites positions and smooth normals (weighted by area) and measures the bound.
-    fn write_positions(&mut self, solver: &resecta_solver::Tissue, mesh: &mut Mesh) {
-        self.motion = Some(solver.motion_version());
+    /// Overwrites positions and smooth normals (weighted by area, where the skin has none of its own) and measures the
+    /// bound.
+    fn write_positions(&mut self, skin: &Skin, mesh: &mut Mesh) {
+        self.motion = Some(skin.motion_version());
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        let mut normals = vec![Vec3::ZERO; self.nodes.len()];
+        let mut normals = vec![Vec3::ZERO; self.vertices.len()];
         if let Some(VertexAttributeValues::Float32x3(positions)) = mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION) {
-            for (position, &node) in positions.iter_mut().zip(&self.nodes) {
-                let point = solver.position(node);
+            for (position, &vertex) in positions.iter_mut().zip(&self.vertices) {
+                let point = skin.place(vertex);
                 (low, high) = (low.min(point), high.max(point));
                 *position = point.to_array();
             }
-            for triangle in &self.triangles {
-                let [a, b, c] = triangle.map(|vertex| Vec3::from(positions[vertex as usize]));
-                let normal = (b - a).cross(c - a);
-                for &vertex in triangle {
-                    normals[vertex as usize] += normal;
+            if let Some(own) = skin.normals() {
+                for (normal, &vertex) in normals.iter_mut().zip(&self.vertices) {
+                    *normal = own[vertex as usize];
+                }
+            } else {
+                for triangle in &self.triangles {
+                    let [a, b, c] = triangle.map(|vertex| Vec3::from(positions[vertex as usize]));
+                    let normal = (b - a).cross(c - a);
+                    for &vertex in triangle {
+                        normals[vertex as usize] += normal;
+                    }
                 }
             }
         }
@@ -204,26 +219,34 @@ impl SurfaceMesh {
         };
     }
 
-    fn colours(
-        &self,
-        solver: &resecta_solver::Tissue,
-        colours: Option<&TissueColours>,
-        tint: Option<&TissueTint>,
-    ) -> Vec<[f32; 4]> {
+    fn colours(&self, skin: &Skin, colours: Option<&TissueColours>, tint: Option<&TissueTint>) -> Vec<[f32; 4]> {
         let default = TissueColours::default();
         let colours = colours.unwrap_or(&default);
-        let of = |node: u32| {
-            let own = match solver.node_kind(node) {
+        let of = |vertex: u32| {
+            let carriers = skin.carriers(vertex);
+            let mut colour = match skin.kind(vertex) {
                 NodeKind::Mucosa => colours.mucosa,
                 NodeKind::Capsule => colours.capsule,
-                NodeKind::Inner => colours.cut[self.zones[node as usize].index()],
+                NodeKind::Inner => {
+                    let zone = carriers.parts().map(|(node, _)| self.zones[node as usize]).min();
+                    colours.cut[zone.unwrap_or(Zone::Other).index()]
+                }
             };
-            let Some(tint) = tint.and_then(|tint| tint.nodes.get(&node)) else {
-                return own.to_f32_array();
-            };
-            own.mix(&tint.with_alpha(own.alpha), tint.alpha).to_f32_array()
+            if let Some(tint) = tint.filter(|tint| !tint.nodes.is_empty()) {
+                // Each node's tint counts by how much of the vertex the node carries.
+                for (node, weight) in carriers.parts() {
+                    if let Some(tint) = tint.nodes.get(&node) {
+                        colour = colour.mix(&tint.with_alpha(colour.alpha), tint.alpha * weight);
+                    }
+                }
+            }
+            let depth = skin.coagulation_mm(vertex) / COAGULATED_MM;
+            if depth > 0.0 {
+                colour = colour.mix(&colours.coagulated, depth.min(1.0));
+            }
+            colour.to_f32_array()
         };
-        self.nodes.iter().map(|&node| of(node)).collect()
+        self.vertices.iter().map(|&vertex| of(vertex)).collect()
     }
 }
 

@@ -67,11 +67,8 @@ impl StepObservation {
         for (sum, volume) in self.removed_by_zone_mm3.iter_mut().zip(resection.by_zone_mm3) {
             *sum += volume;
         }
-        self.marked_removed_mm3 += resection
-            .pentahedra
-            .iter()
-            .map(|&index| marked.volume_mm3(index))
-            .sum::<f64>();
+        let of_marked = resection.taken_mm3.iter().filter(|(index, _)| marked.contains(*index));
+        self.marked_removed_mm3 += of_marked.map(|(_, volume)| volume).sum::<f64>();
         self.capsule_cut_mm2 += resection.capsule_area_mm2;
         if by_loop {
             self.loop_in_tissue = true;

@@ -6,7 +6,7 @@ pub mod networks;
 
 use glam::{DVec2, DVec3, Vec3};
 use resecta_anatomy::{Lattice, LatticeOptions, Section};
-use resecta_solver::{Contact, Material, ShearResistance, StepReport, Tissue, TissueMesh};
+use resecta_solver::{Contact, Material, ShearResistance, StepReport, Tissue, TissueMesh, TissuePoint};
 
 /// A tube of 40 mm outer and 8 mm inner diameter, 30 mm long.
 pub fn tube(alpha_deg: f64, shear: ShearResistance) -> Tissue {
@@ -83,8 +83,7 @@ pub fn drive_tool_through(tissue: &mut Tissue, step_s: f64, mut after: impl FnMu
         let contacts: Vec<Contact> = met
             .iter()
             .map(|&nodes| Contact {
-                nodes,
-                weights: [1.0 / 3.0; 3],
+                point: TissuePoint::on_triangle(nodes, [1.0 / 3.0; 3]),
                 normal: Vec3::X,
                 offset_start: front,
                 offset_end: next,

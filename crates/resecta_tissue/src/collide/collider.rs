@@ -5,13 +5,13 @@ use parry3d::{
     bounding_volume::{Aabb, BoundingVolume},
     partitioning::{Bvh, BvhWorkspace},
 };
-use resecta_solver::Surface;
 
 use super::{
     closest::{ClosestPoints, point_triangle},
     contacts::Found,
     sweep::Axis,
 };
+use crate::skin::{Skin, SkinVersion};
 
 /// How far behind a surface a part is still found and the tissue moved past it, mm. Deeper inside, the way out is
 /// anybody's guess and the part is left alone.
@@ -31,7 +31,7 @@ pub struct Collider {
     free: Vec<u32>,
     /// The patch of the triangle in each slot of the surface at the last update; none where the slot is free.
     patch_of: Vec<Option<u32>>,
-    topology: Option<u64>,
+    topology: Option<SkinVersion>,
     /// The version of the motion that the bounds are of.
     motion: Option<u64>,
     /// The contacts found last.
@@ -42,7 +42,7 @@ pub struct Collider {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Known {
     slot: u32,
-    nodes: [u32; 3],
+    vertices: [u32; 3],
 }
 
 /// Most triangles in a patch: twice as many or half as many cost a step more.
@@ -52,7 +52,7 @@ const PATCH: usize = 8;
 #[derive(Debug, Clone, Copy)]
 pub struct Face {
     pub slot: u32,
-    pub nodes: [u32; 3],
+    pub vertices: [u32; 3],
     pub corners: [Vec3; 3],
 }
 
@@ -66,16 +66,16 @@ impl Face {
 
 impl Collider {
     /// Brings the hierarchy up to date with the tissue; costs nothing where all of it sleeps.
-    pub fn update(&mut self, tissue: &resecta_solver::Tissue) {
-        if self.topology != Some(tissue.surface().version()) {
-            self.topology = Some(tissue.surface().version());
-            self.update_patches(tissue.surface());
-        } else if self.motion == Some(tissue.motion_version()) {
+    pub fn update(&mut self, skin: &Skin) {
+        if self.topology != Some(skin.version()) {
+            self.topology = Some(skin.version());
+            self.update_patches(skin);
+        } else if self.motion == Some(skin.motion_version()) {
             return;
         }
-        self.motion = Some(tissue.motion_version());
+        self.motion = Some(skin.motion_version());
         for (patch, known) in (0u32..).zip(&self.patches) {
-            let bounds = known.iter().map(|known| bounds(&corners(tissue, known.nodes)));
+            let bounds = known.iter().map(|known| bounds(&corners(skin, known.vertices)));
             if let Some(bounds) = bounds.reduce(|one, other| one.merged(&other)) {
                 self.bvh.insert_or_update_partially(bounds, patch, 0.0);
             }
@@ -84,17 +84,16 @@ impl Collider {
     }
 
     /// Takes triangles that went out of their patches, and puts those that appeared into new ones.
-    fn update_patches(&mut self, surface: &Surface) {
-        self.patch_of
-            .resize(surface.slot_count().max(self.patch_of.len()), None);
+    fn update_patches(&mut self, skin: &Skin) {
+        self.patch_of.resize(skin.slot_count().max(self.patch_of.len()), None);
         let mut appeared = Vec::new();
         for (slot, patch) in (0u32..).zip(&mut self.patch_of) {
-            let triangle = surface.triangle(slot);
+            let triangle = skin.triangle(slot);
             if let Some(number) = *patch {
                 let known = &mut self.patches[number as usize];
                 if known
                     .iter()
-                    .any(|known| known.slot == slot && triangle == Some(known.nodes))
+                    .any(|known| known.slot == slot && triangle == Some(known.vertices))
                 {
                     continue;
                 }
@@ -106,7 +105,7 @@ impl Collider {
                 }
                 *patch = None;
             }
-            appeared.extend(triangle.map(|nodes| Known { slot, nodes }));
+            appeared.extend(triangle.map(|vertices| Known { slot, vertices }));
         }
         for known in appeared.chunks(PATCH) {
             let number = self.free.pop().unwrap_or_else(|| {
@@ -121,8 +120,8 @@ impl Collider {
     }
 
     /// Whether nothing was cut since the last update.
-    pub fn is_current(&self, tissue: &resecta_solver::Tissue) -> bool {
-        self.topology == Some(tissue.surface().version())
+    pub fn is_current(&self, skin: &Skin) -> bool {
+        self.topology == Some(skin.version())
     }
 
     /// The contacts found last.
@@ -149,7 +148,7 @@ impl Collider {
     }
 
     /// Puts the faces that may lie within `range` of an axis into `found`, by ascending slot.
-    pub fn near_axis(&self, tissue: &resecta_solver::Tissue, axis: &Axis, range: f32, found: &mut Vec<Face>) {
+    pub fn near_axis(&self, skin: &Skin, axis: &Axis, range: f32, found: &mut Vec<Face>) {
         let near = |mins: Vec3, maxs: Vec3| {
             let (centre, half) = (0.5 * (mins + maxs), 0.5 * (maxs - mins));
             // The distance from the axis to the box is at least that to its centre less half its diagonal.
@@ -158,7 +157,7 @@ impl Collider {
         };
         found.clear();
         let patches = self.bvh.leaves(|node| near(node.mins(), node.maxs()));
-        found.extend(patches.flat_map(|patch| self.faces(tissue, patch)).filter(|face| {
+        found.extend(patches.flat_map(|patch| self.faces(skin, patch)).filter(|face| {
             let bounds = bounds(&face.corners);
             near(bounds.mins, bounds.maxs)
         }));
@@ -170,11 +169,11 @@ impl Collider {
     ///
     /// Where several faces share the nearest point (an edge, a corner), the one that faces the point most squarely says
     /// which side it is on.
-    pub fn nearest_face(&self, tissue: &resecta_solver::Tissue, point: Vec3) -> Option<Nearest> {
+    pub fn nearest_face(&self, skin: &Skin, point: Vec3) -> Option<Nearest> {
         let reach = Vec3::splat(DEPTH_LIMIT_MM);
         let around = Aabb::new(point - reach, point + reach);
         let patches = self.bvh.intersect_aabb(&around);
-        let faces = patches.flat_map(|patch| self.faces(tissue, patch));
+        let faces = patches.flat_map(|patch| self.faces(skin, patch));
         let mut faces: Vec<Face> = faces.filter(|face| bounds(&face.corners).intersects(&around)).collect();
         faces.sort_unstable_by_key(|face| face.slot);
         const TIE_MM: f32 = 1e-4;
@@ -214,12 +213,14 @@ impl Collider {
     }
 
     /// The triangles of a patch.
-    fn faces(&self, tissue: &resecta_solver::Tissue, patch: u32) -> impl Iterator<Item = Face> {
-        self.patches[patch as usize].iter().map(|&Known { slot, nodes }| Face {
-            slot,
-            nodes,
-            corners: corners(tissue, nodes),
-        })
+    fn faces(&self, skin: &Skin, patch: u32) -> impl Iterator<Item = Face> {
+        self.patches[patch as usize]
+            .iter()
+            .map(|&Known { slot, vertices }| Face {
+                slot,
+                vertices,
+                corners: corners(skin, vertices),
+            })
     }
 }
 
@@ -232,8 +233,8 @@ pub struct Nearest {
     pub inside: bool,
 }
 
-fn corners(tissue: &resecta_solver::Tissue, nodes: [u32; 3]) -> [Vec3; 3] {
-    nodes.map(|node| tissue.position(node))
+fn corners(skin: &Skin, vertices: [u32; 3]) -> [Vec3; 3] {
+    vertices.map(|vertex| skin.place(vertex))
 }
 
 fn bounds([a, b, c]: &[Vec3; 3]) -> Aabb {

@@ -1,14 +1,14 @@
 //! From a part's way and a face to a contact that the solver enforces.
 
 use bevy::prelude::*;
-use resecta_solver::Contact;
+use resecta_solver::{Contact, NodeKind};
 
 use super::{
     closest::{ClosestPoints, segment_triangle},
     collider::{Collider, DEPTH_LIMIT_MM, Face, Nearest},
     sweep::PartSweep,
 };
-use crate::tool::ToolPartKind;
+use crate::{skin::Skin, tool::ToolPartKind};
 
 /// Faces this much further away than they touch become contacts too, mm: tissue that springs back during a pass finds
 /// the tool there.
@@ -41,8 +41,8 @@ pub enum Held {
     },
     /// A corner of faces.
     Corner {
-        /// The node.
-        node: u32,
+        /// The vertex.
+        vertex: u32,
     },
 }
 
@@ -55,6 +55,9 @@ pub struct Found {
     pub part: u32,
     pub kind: ToolPartKind,
     pub held: Held,
+    /// The pentahedron that carries the face, and what the face is.
+    pub pentahedron: u32,
+    pub surface: NodeKind,
     /// Whether the solver is to enforce it; a face whose corners are held is only told.
     pub enforced: bool,
     pub point: Vec3,
@@ -71,10 +74,11 @@ impl Found {
 }
 
 /// Puts the contacts of one part during one pass at the end of `found`: faces by ascending slot, at most one each, then
-/// corners by ascending node, since later contacts win.
+/// corners by ascending vertex, since later contacts win. Of the corners that a pentahedron carries inside it the deepest is
+/// enough: it moves as one.
 pub fn find(
     collider: &Collider,
-    tissue: &resecta_solver::Tissue,
+    skin: &Skin,
     part: &PartSweep,
     (tool, part_index): (u32, u32),
     pass_s: f32,
@@ -83,7 +87,7 @@ pub fn find(
 ) {
     let motion = part.from.motion(&part.to);
     let range = (part.radius + MARGIN_MM).max(DEPTH_LIMIT_MM) + motion;
-    collider.near_axis(tissue, &part.to, range, faces);
+    collider.near_axis(skin, &part.to, range, faces);
     let first = found.len();
     let mut corners: Vec<(u32, Touch)> = Vec::new();
     let closest: Vec<ClosestPoints> = faces
@@ -91,15 +95,24 @@ pub fn find(
         .map(|face| segment_triangle(part.to.a, part.to.b, face.corners))
         .collect();
     let crossings = closest.iter().filter(|closest| passes_through(closest));
-    let mut surroundings = Surroundings::new(collider, tissue, crossings.map(|closest| closest.share).collect());
-    let record = |held: Held, enforced: bool, nodes: [u32; 3], touch: &Touch| {
-        let contact = touch.contact(part, nodes, pass_s);
+    let mut surroundings = Surroundings::new(collider, skin, crossings.map(|closest| closest.share).collect());
+    let record = |held: Held, enforced: bool, vertices: [u32; 3], touch: &Touch| {
+        let contact = touch.contact(skin, part, vertices, pass_s);
         let (goal, now) = touch.goal_and_now();
+        let (pentahedron, surface) = match held {
+            Held::Face { slot } => (
+                skin.pentahedron(slot, vertices),
+                most_of(vertices.map(|vertex| skin.kind(vertex))),
+            ),
+            Held::Corner { vertex } => (u32::MAX, skin.kind(vertex)),
+        };
         Found {
             tool,
             part: part_index,
             kind: part.kind,
             held,
+            pentahedron,
+            surface,
             enforced,
             point: touch.closest.on_triangle,
             depth: goal - now,
@@ -115,13 +128,13 @@ pub fn find(
             let near = corners_near(part, face);
             let at_corner = push.touch.closest.weights.iter().any(|weight| *weight > CORNER_WEIGHT);
             covered = at_corner || near.iter().all(Option::is_some) && dip(part.radius, face) < DIP_MM;
-            let near = face.nodes.into_iter().zip(near);
-            corners.extend(near.filter_map(|(node, touch)| Some((node, touch?))));
+            let near = face.vertices.into_iter().zip(near);
+            corners.extend(near.filter_map(|(vertex, touch)| Some((vertex, touch?))));
         }
         found.push(record(
             Held::Face { slot: push.face.slot },
             !covered,
-            push.face.nodes,
+            push.face.vertices,
             &push.touch,
         ));
     }
@@ -137,12 +150,43 @@ pub fn find(
     found.truncate(kept);
     // Of the faces around a corner, the one that lets it slip furthest aside counts: it asks for the shortest way.
     corners.sort_by(|(a, first), (b, second)| a.cmp(b).then(first.reach.total_cmp(&second.reach)));
-    corners.dedup_by_key(|(node, _)| *node);
+    corners.dedup_by_key(|(vertex, _)| *vertex);
+    keep_deepest(skin, &mut corners);
     found.extend(
         corners
             .iter()
-            .map(|(node, touch)| record(Held::Corner { node: *node }, true, [*node; 3], touch)),
+            .map(|(vertex, touch)| record(Held::Corner { vertex: *vertex }, true, [*vertex; 3], touch)),
     );
+}
+
+/// Keeps, of the vertices inside of each pentahedron, the one that is pushed furthest, and all that are nodes.
+fn keep_deepest(skin: &Skin, corners: &mut Vec<(u32, Touch)>) {
+    let mut inside: Vec<(u32, f32, u32)> = Vec::new();
+    for (vertex, touch) in corners.iter() {
+        if let Some(pentahedron) = skin.home(*vertex) {
+            let (goal, now) = touch.goal_and_now();
+            inside.push((pentahedron, goal - now, *vertex));
+        }
+    }
+    if inside.is_empty() {
+        return;
+    }
+    inside.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)).then(a.2.cmp(&b.2)));
+    inside.dedup_by_key(|(pentahedron, ..)| *pentahedron);
+    let mut deepest: Vec<u32> = inside.into_iter().map(|(.., vertex)| vertex).collect();
+    deepest.sort_unstable();
+    corners.retain(|(vertex, _)| skin.home(*vertex).is_none() || deepest.binary_search(vertex).is_ok());
+}
+
+/// The kind that most corners of a triangle have; where all differ, that of the inside.
+fn most_of([a, b, c]: [NodeKind; 3]) -> NodeKind {
+    if a == b || a == c {
+        a
+    } else if b == c {
+        b
+    } else {
+        NodeKind::Inner
+    }
 }
 
 /// Whether the axis passes through the face that these points are of.
@@ -197,18 +241,20 @@ impl Touch {
         )
     }
 
-    fn contact(&self, part: &PartSweep, nodes: [u32; 3], pass_s: f32) -> Contact {
+    fn contact(&self, skin: &Skin, part: &PartSweep, vertices: [u32; 3], pass_s: f32) -> Contact {
+        let (point, off) = skin.point(vertices, self.closest.weights);
+        let off = self.normal.dot(off);
         let (goal, now) = self.goal_and_now();
         let start = part.from.at(self.closest.share);
         let offset_start = now.min(self.normal.dot(start) + self.reach).min(goal);
         // A round tip spreads tissue at most about as fast as it moves, until it is deep in it.
         let motion = start.distance(self.closest.on_segment);
+        let offset_end = goal.min(offset_start + 2.0 * motion + RECOVERY_MM_PER_S * pass_s);
         Contact {
-            nodes,
-            weights: self.closest.weights,
+            point,
             normal: self.normal,
-            offset_start,
-            offset_end: goal.min(offset_start + 2.0 * motion + RECOVERY_MM_PER_S * pass_s),
+            offset_start: offset_start + off,
+            offset_end: offset_end + off,
         }
     }
 }
@@ -224,7 +270,7 @@ fn corners_near(part: &PartSweep, face: &Face) -> [Option<Touch>; 3] {
         let distance = away.length();
         let held = distance > NO_DIRECTION_MM && distance <= part.radius + MARGIN_MM && outward.dot(away) <= 0.0;
         held.then(|| {
-            // All three nodes of the contact are this corner, so one weight is enough.
+            // All three vertices of the contact are this corner, so one weight is enough.
             let closest = ClosestPoints {
                 share,
                 on_segment,
@@ -252,7 +298,7 @@ fn dip(radius: f32, face: &Face) -> f32 {
 /// one point of such a stretch holds for all of it.
 struct Surroundings<'a> {
     collider: &'a Collider,
-    tissue: &'a resecta_solver::Tissue,
+    skin: &'a Skin<'a>,
     /// Where the axis passes through faces, shares, rising.
     crossings: Vec<f32>,
     /// Whether a stretch is known to be outside, from before the first crossing to past the last.
@@ -263,11 +309,11 @@ struct Surroundings<'a> {
 }
 
 impl<'a> Surroundings<'a> {
-    fn new(collider: &'a Collider, tissue: &'a resecta_solver::Tissue, mut crossings: Vec<f32>) -> Self {
+    fn new(collider: &'a Collider, skin: &'a Skin, mut crossings: Vec<f32>) -> Self {
         crossings.sort_unstable_by(f32::total_cmp);
         Self {
             collider,
-            tissue,
+            skin,
             is_outside: vec![false; crossings.len() + 1],
             crossings,
             end_a: None,
@@ -282,7 +328,7 @@ impl<'a> Surroundings<'a> {
         if self.is_outside[stretch] {
             return Ok(None);
         }
-        let find = || self.collider.nearest_face(self.tissue, point);
+        let find = || self.collider.nearest_face(self.skin, point);
         let nearest = match share {
             0.0 => *self.end_a.get_or_insert_with(find),
             1.0 => *self.end_b.get_or_insert_with(find),

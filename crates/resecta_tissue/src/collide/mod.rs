@@ -10,20 +10,17 @@ mod contacts;
 mod sweep;
 
 use bevy::prelude::*;
-use resecta_solver::{Contact, NodeKind};
+use resecta_solver::Contact;
 
-pub(crate) use self::collider::Collider;
-use self::{
-    collider::Face,
-    contacts::Found,
-    sweep::{PartSweep, ToolMotion},
-};
+pub(crate) use self::{collider::Collider, sweep::ToolMotion};
+use self::{collider::Face, contacts::Found, sweep::PartSweep};
 use crate::{
     components::Tissue,
     cut::Reports,
     diagnostics::{TissueDiagnostics, timed},
     messages::{PutAsideReason, PutAsideSubject, TissueContact},
     settings::TissueSettings,
+    skin::Skin,
     tool::TissueTool,
 };
 
@@ -55,7 +52,7 @@ pub(crate) fn any_tool(tools: Query<(), With<TissueTool>>) -> bool {
 
 /// Finds what each tool touches on its way through the step, in the tissue as the last step left it, and tells.
 pub(crate) fn collide(
-    mut tissues: Query<(Entity, &Tissue, &TissueSettings, &mut Collider)>,
+    mut tissues: Query<(Entity, &mut Tissue, &TissueSettings, &mut Collider)>,
     tools: Res<StepTools>,
     time: Res<Time>,
     mut messages: MessageWriter<TissueContact>,
@@ -68,15 +65,16 @@ pub(crate) fn collide(
             .filter(|(_, _, settings, _)| settings.collision)
             .collect();
         ordered.sort_unstable_by_key(|(_, tissue, ..)| tissue.ordinal);
-        for (entity, tissue, _, mut collider) in ordered {
-            let solver = &tissue.solver;
-            collider.update(solver);
+        for (entity, mut tissue, _, mut collider) in ordered {
+            tissue.follow();
+            let skin = Skin::of(&tissue);
+            collider.update(&skin);
             let passes = collider.passes(&tools);
             let pass_s = time.delta_secs() / passes as f32;
             let mut found = collider.take_found();
             found.clear();
             for pass in 0..passes {
-                find_contacts(&collider, solver, &tools, (pass, passes), pass_s, false, &mut found);
+                find_contacts(&collider, &skin, &tools, (pass, passes), pass_s, false, &mut found);
             }
             if passes > 1 {
                 // Of the contacts of a part and a face over the passes, the deepest tells.
@@ -84,17 +82,21 @@ pub(crate) fn collide(
                 found.sort_by(|a, b| of(a).cmp(&of(b)).then(b.depth.total_cmp(&a.depth)));
                 found.dedup_by_key(|found| of(found));
             }
-            for found in found.iter().filter(|found| found.touches()) {
+            let mut touches: Vec<&Found> = found.iter().filter(|found| found.touches()).collect();
+            let of = |found: &Found| (found.tool, found.part, found.pentahedron);
+            touches.sort_by(|a, b| of(a).cmp(&of(b)).then(b.depth.total_cmp(&a.depth)));
+            touches.dedup_by_key(|found| of(found));
+            for found in touches {
                 let tool = &tools[found.tool as usize];
                 messages.write(TissueContact {
                     tissue: entity,
                     tool: tool.entity,
                     part: found.kind,
-                    nodes: found.contact.nodes,
+                    pentahedron: found.pentahedron,
                     point: found.point,
                     normal: found.contact.normal,
                     depth_mm: found.depth.max(0.0),
-                    kind: kind_of(found.contact.nodes.map(|node| solver.node_kind(node))),
+                    kind: found.surface,
                     current: tool.current(found.kind),
                 });
             }
@@ -136,20 +138,14 @@ pub(crate) fn integrate(
                 contacts.clear();
                 if collides {
                     // Contacts found for the messages serve the step too, if nothing was cut since and it is one pass.
-                    let current = passes == 1 && collider.is_current(&tissue.solver);
+                    let current = passes == 1 && collider.is_current(&Skin::of(&tissue));
                     let mut found = collider.take_found();
                     if !current {
-                        collider.update(&tissue.solver);
+                        tissue.follow();
+                        let skin = Skin::of(&tissue);
+                        collider.update(&skin);
                         found.clear();
-                        find_contacts(
-                            &collider,
-                            &tissue.solver,
-                            &tools,
-                            (pass, passes),
-                            pass_s,
-                            true,
-                            &mut found,
-                        );
+                        find_contacts(&collider, &skin, &tools, (pass, passes), pass_s, true, &mut found);
                     }
                     let pushes = |found: &&Found| found.enforced && tools[found.tool as usize].pushes(found.kind);
                     contacts.extend(found.iter().filter(pushes).map(|found| found.contact));
@@ -198,7 +194,7 @@ pub(crate) fn remember_tools(mut tools: Query<&mut TissueTool>) {
 /// Appends the contacts of all tools (or of the parts that push) in one pass.
 fn find_contacts(
     collider: &Collider,
-    solver: &resecta_solver::Tissue,
+    skin: &Skin,
     tools: &[ToolMotion],
     (pass, passes): (u32, u32),
     pass_s: f32,
@@ -212,7 +208,7 @@ fn find_contacts(
             if (!pushing_only || tool.pushes(part.kind)) && collider.may_touch(&part) {
                 contacts::find(
                     collider,
-                    solver,
+                    skin,
                     &part,
                     (tool_index, part_index),
                     pass_s,
@@ -244,16 +240,5 @@ impl Collider {
         let low = ends.into_iter().fold(Vec3::INFINITY, Vec3::min) - reach;
         let high = ends.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max) + reach;
         low.cmple(maxs).all() && high.cmpge(mins).all()
-    }
-}
-
-/// The kind that most corners of a triangle have; where all differ, that of the inside.
-fn kind_of([a, b, c]: [NodeKind; 3]) -> NodeKind {
-    if a == b || a == c {
-        a
-    } else if b == c {
-        b
-    } else {
-        NodeKind::Inner
     }
 }

@@ -6,6 +6,7 @@ mod collision;
 mod cost;
 mod cutting;
 mod edits;
+mod fine;
 mod mesh;
 mod scenes;
 mod schedule;

@@ -19,7 +19,7 @@ fn scene(settings: TissueSettings) -> (App, Entity) {
     (app, tissue)
 }
 
-fn mesh(app: &App, tissue: Entity) -> &Mesh {
+pub fn mesh(app: &App, tissue: Entity) -> &Mesh {
     let handle = app.world().get::<Mesh3d>(tissue).expect("a mesh");
     app.world()
         .resource::<Assets<Mesh>>()
@@ -42,7 +42,7 @@ fn positions(mesh: &Mesh) -> Vec<Vec3> {
 }
 
 /// Closed and consistently oriented: each edge is there as often in one direction as in the other.
-fn assert_closed(mesh: &Mesh) {
+pub fn assert_closed(mesh: &Mesh) {
     let mut edges = BTreeMap::new();
     for triangle in indices(mesh).chunks_exact(3) {
         for (a, b) in [(0, 1), (1, 2), (2, 0)] {
@@ -53,7 +53,7 @@ fn assert_closed(mesh: &Mesh) {
     assert!(edges.values().all(|sum| *sum == 0));
 }
 
-fn volume(mesh: &Mesh) -> f64 {
+pub fn volume(mesh: &Mesh) -> f64 {
     let positions = positions(mesh);
     let at = |index: u32| positions[index as usize].as_dvec3();
     indices(mesh)

@@ -30,10 +30,11 @@ pub fn unstarted_app() -> App {
     app
 }
 
-/// Settings under which every structural change is checked.
+/// Settings under which every structural change is checked, and whole elements are cut.
 pub fn checked() -> TissueSettings {
     TissueSettings {
         check_consistency: true,
+        detail: CutDetail::Elements,
         ..default()
     }
 }

@@ -1,0 +1,205 @@
+//! Cuts finer than the elements: the field beside a tissue's solver, its surface where the tissue is, and strokes.
+
+use bevy::prelude::*;
+use resecta_anatomy::wedge;
+use resecta_field::{Chip, Field, FieldError, LoopStroke, Surface, SurfaceKind, Tool};
+use resecta_solver::{LoopSweep, NodeKind};
+
+/// Pieces that hang by nothing come free up to this volume, mm³; a larger one is a part of the organ.
+const LARGEST_PIECE_MM3: f64 = 3000.0;
+
+/// The finer boundary of a tissue.
+pub(crate) struct Fine {
+    field: Field,
+    /// Where the nodes are, in one piece for the field.
+    nodes: Vec<Vec3>,
+    /// Where the vertices of the surface are, and their normals.
+    places: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    /// The version of motion and of the surface that these are of.
+    followed: Option<(u64, u64)>,
+    strokes: Vec<Stroke>,
+    /// Whether a chip is under way, and whether the present step has added to it.
+    chip: Option<ChipUnderWay>,
+}
+
+/// A loop under current on its way.
+struct Stroke {
+    tool: Entity,
+    way: LoopStroke,
+}
+
+struct ChipUnderWay {
+    tool: Option<Entity>,
+    grew: bool,
+}
+
+/// What a cut took.
+pub(crate) struct Taken {
+    /// Share of its rest volume that each pentahedron which lost something has left.
+    pub left: Vec<(u32, f64)>,
+}
+
+impl Fine {
+    /// The boundary of a tissue as it is: pentahedra that it has lost are gone in the field, too.
+    pub fn new(solver: &resecta_solver::Tissue, spacing_mm: f32) -> Result<Self, FieldError> {
+        let rest: Vec<_> = (0..solver.node_count() as u32)
+            .map(|node| solver.rest_position(node).as_dvec3())
+            .collect();
+        let pentahedra: Vec<_> = (0..solver.pentahedron_count() as u32)
+            .map(|pentahedron| solver.pentahedron_nodes(pentahedron))
+            .collect();
+        let kind = |pentahedron: u32, face: usize| {
+            let corners = solver.pentahedron_nodes(pentahedron);
+            let all = |kind: NodeKind| {
+                let of = |corner: &usize| solver.node_kind(corners[*corner]) == kind;
+                match face {
+                    0 | 1 => wedge::TRIANGLES[face].iter().all(of),
+                    _ => wedge::QUADS[face - 2].iter().all(of),
+                }
+            };
+            if all(NodeKind::Mucosa) {
+                SurfaceKind::Mucosa
+            } else if all(NodeKind::Capsule) {
+                SurfaceKind::Capsule
+            } else {
+                SurfaceKind::Other
+            }
+        };
+        let mut field = Field::new(&rest, &pentahedra, f64::from(spacing_mm), kind)?;
+        let gone: Vec<u32> = (0..solver.pentahedron_count() as u32)
+            .filter(|&pentahedron| !solver.is_pentahedron_alive(pentahedron))
+            .collect();
+        if !gone.is_empty() {
+            field.empty(&gone)?;
+        }
+        Ok(Self {
+            field,
+            nodes: Vec::new(),
+            places: Vec::new(),
+            normals: Vec::new(),
+            followed: None,
+            strokes: Vec::new(),
+            chip: None,
+        })
+    }
+
+    /// The surface; where its vertices are is told by [`Fine::place`].
+    pub fn surface(&self) -> &Surface {
+        self.field.surface()
+    }
+
+    /// Where a vertex is, mm.
+    pub fn place(&self, vertex: u32) -> Vec3 {
+        self.places[vertex as usize]
+    }
+
+    /// The vertices' unit normals, by slot.
+    pub fn normals(&self) -> &[Vec3] {
+        &self.normals
+    }
+
+    /// Brings the surface's vertices to where the tissue is.
+    pub fn follow(&mut self, solver: &resecta_solver::Tissue) {
+        let now = Some((solver.motion_version(), self.field.surface().version()));
+        if self.followed == now {
+            return;
+        }
+        self.followed = now;
+        self.gather_nodes(solver);
+        // One place a node: nothing else is refused.
+        self.field.move_vertices(&self.nodes, &mut self.places).ok();
+        self.field.move_normals(&self.nodes, &mut self.normals).ok();
+    }
+
+    fn gather_nodes(&mut self, solver: &resecta_solver::Tissue) {
+        self.nodes.clear();
+        self.nodes
+            .extend((0..solver.node_count() as u32).map(|node| solver.position(node)));
+    }
+
+    /// Begins a step: chips to which nothing was added in the last one are whole. None is taken while its loop goes on.
+    pub fn begin_step(&mut self) {
+        if let Some(chip) = &mut self.chip {
+            chip.grew = false;
+        }
+    }
+
+    /// Lets a loop go on, or begin where it was.
+    pub fn stroke(&mut self, tool: Entity, sweep: &LoopSweep) -> Tool {
+        let index = self.strokes.iter().position(|stroke| stroke.tool == tool);
+        let index = index.unwrap_or_else(|| {
+            let way = LoopStroke::new(sweep.from, sweep.width_mm, sweep.depth_mm);
+            self.strokes.push(Stroke { tool, way });
+            self.strokes.len() - 1
+        });
+        self.strokes[index].way.step_to(sweep.to)
+    }
+
+    /// Ends the strokes of tools that no longer cut.
+    pub fn end_strokes(&mut self, cuts: impl Fn(Entity) -> bool) {
+        self.strokes.retain(|stroke| cuts(stroke.tool));
+    }
+
+    /// Takes away what is inside a volume, and pieces that then hang by nothing.
+    pub fn cut(
+        &mut self,
+        solver: &resecta_solver::Tissue,
+        by: Option<Entity>,
+        tool: &Tool,
+    ) -> Result<Taken, FieldError> {
+        self.take(solver, by, |field, nodes| field.cut(tool, nodes))
+    }
+
+    /// Takes away whole pentahedra, and pieces that then hang by nothing.
+    pub fn empty(&mut self, solver: &resecta_solver::Tissue, pentahedra: &[u32]) -> Result<Taken, FieldError> {
+        self.take(solver, None, |field, _| field.empty(pentahedra))
+    }
+
+    fn take(
+        &mut self,
+        solver: &resecta_solver::Tissue,
+        by: Option<Entity>,
+        cut: impl FnOnce(&mut Field, &[Vec3]) -> Result<resecta_field::Cut, FieldError>,
+    ) -> Result<Taken, FieldError> {
+        self.gather_nodes(solver);
+        if self.chip.is_none() {
+            self.field.begin_chip();
+        }
+        let cut = cut(&mut self.field, &self.nodes)?;
+        let mut reached: Vec<u32> = cut.removed.iter().map(|(pentahedron, _)| *pentahedron).collect();
+        if reached.is_empty() {
+            return Ok(Taken { left: Vec::new() });
+        }
+        let is_held = |pentahedron: u32| solver.capsule_area_mm2(pentahedron) > 0.0;
+        let most = LARGEST_PIECE_MM3.min(0.5 * self.field.volume_mm3());
+        let pieces = self.field.loose_pieces(&reached, most, is_held);
+        let loose: Vec<u32> = pieces.into_iter().flat_map(|piece| piece.pentahedra).collect();
+        if !loose.is_empty() {
+            let freed = self.field.empty(&loose)?;
+            reached.extend(freed.removed.iter().map(|(pentahedron, _)| *pentahedron));
+            reached.sort_unstable();
+            reached.dedup();
+        }
+        match &mut self.chip {
+            Some(chip) => chip.grew = true,
+            None => self.chip = Some(ChipUnderWay { tool: by, grew: true }),
+        }
+        let left = |pentahedron: u32| (pentahedron, self.field.fill(pentahedron));
+        Ok(Taken {
+            left: reached.into_iter().map(left).collect(),
+        })
+    }
+
+    /// The chip under way, if nothing was added to it in this step, and the tool that began it.
+    pub fn take_chip(&mut self, solver: &resecta_solver::Tissue) -> Option<(Option<Entity>, Chip)> {
+        if self.chip.as_ref().is_none_or(|chip| chip.grew) {
+            return None;
+        }
+        self.gather_nodes(solver);
+        let tool = self.chip.take()?.tool;
+        // Refused only for places that are not finite, which no tissue has.
+        let chip = self.field.take_chip(&self.nodes).ok().flatten()?;
+        Some((tool, chip))
+    }
+}

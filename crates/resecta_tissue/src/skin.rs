@@ -1,0 +1,180 @@
+//! The skin of a tissue: the surface that tools touch and that is drawn.
+//!
+//! By whole elements it is the exposed faces, and its vertices are nodes. Cut finer than the elements it is the surface of
+//! a [`Field`](resecta_field::Field), whose vertices are carried by the pentahedra; those of it that no cut has reached are
+//! nodes and exposed faces again.
+
+use bevy::prelude::*;
+use resecta_field::SurfaceKind;
+use resecta_solver::{NodeKind, TissuePoint};
+
+use crate::{components::Tissue, fine::Fine};
+
+/// The skin of a tissue as it lies.
+#[derive(Clone, Copy)]
+pub(crate) struct Skin<'a> {
+    solver: &'a resecta_solver::Tissue,
+    fine: Option<&'a Fine>,
+}
+
+/// Tells one state of the triangles from another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct SkinVersion {
+    is_fine: bool,
+    changes: u64,
+}
+
+impl<'a> Skin<'a> {
+    /// The skin of a tissue. A fine one is where [`Fine::follow`] last brought it.
+    pub fn of(tissue: &'a Tissue) -> Self {
+        Self {
+            solver: &tissue.solver,
+            fine: tissue.fine.as_ref(),
+        }
+    }
+
+    /// Changes with the triangles.
+    pub fn version(&self) -> SkinVersion {
+        SkinVersion {
+            is_fine: self.fine.is_some(),
+            changes: match self.fine {
+                Some(fine) => fine.surface().version(),
+                None => self.solver.surface().version(),
+            },
+        }
+    }
+
+    /// Changes with the places of the vertices.
+    pub fn motion_version(&self) -> u64 {
+        self.solver.motion_version()
+    }
+
+    /// Slots of triangles, free ones included.
+    pub fn slot_count(&self) -> usize {
+        match self.fine {
+            Some(fine) => fine.surface().triangle_slots().len(),
+            None => self.solver.surface().slot_count(),
+        }
+    }
+
+    /// The vertices of the triangle in a slot, outward by the right-hand rule; none in a free one.
+    pub fn triangle(&self, slot: u32) -> Option<[u32; 3]> {
+        match self.fine {
+            Some(fine) => {
+                let triangle = fine.surface().triangle_slots().get(slot as usize).copied()?;
+                (triangle[0] != u32::MAX).then_some(triangle)
+            }
+            None => self.solver.surface().triangle(slot),
+        }
+    }
+
+    /// Where a vertex is, mm.
+    pub fn place(&self, vertex: u32) -> Vec3 {
+        match self.fine {
+            Some(fine) => fine.place(vertex),
+            None => self.solver.position(vertex),
+        }
+    }
+
+    /// Vertices, those that no triangle uses included.
+    pub fn vertex_count(&self) -> usize {
+        match self.fine {
+            Some(fine) => fine.surface().vertex_count(),
+            None => self.solver.node_count(),
+        }
+    }
+
+    /// The vertices' normals, where the skin keeps them.
+    pub fn normals(&self) -> Option<&'a [Vec3]> {
+        self.fine.map(Fine::normals)
+    }
+
+    /// How deep in coagulated tissue a vertex lies, mm.
+    pub fn coagulation_mm(&self, vertex: u32) -> f32 {
+        self.fine
+            .map_or(0.0, |fine| fine.surface().coagulation_mm()[vertex as usize])
+    }
+
+    /// Whether a vertex is a node of the tissue.
+    pub fn is_node(&self, vertex: u32) -> bool {
+        self.fine.is_none() || (vertex as usize) < self.solver.node_count()
+    }
+
+    /// The pentahedron inside of which a vertex is; none for a node.
+    pub fn home(&self, vertex: u32) -> Option<u32> {
+        if self.is_node(vertex) {
+            return None;
+        }
+        self.fine?.surface().carrier(vertex).map(|(pentahedron, _)| pentahedron)
+    }
+
+    /// The nodes that carry a vertex, and their weights.
+    pub fn carriers(&self, vertex: u32) -> TissuePoint {
+        if self.is_node(vertex) {
+            return TissuePoint::node(vertex);
+        }
+        let carrier = self.fine.and_then(|fine| fine.surface().carrier(vertex));
+        // A vertex in use has one.
+        carrier.map_or(TissuePoint::node(0), |(pentahedron, weights)| {
+            TissuePoint::in_pentahedron(self.solver.pentahedron_nodes(pentahedron), weights)
+        })
+    }
+
+    /// A point of a triangle, and how far the point given lies from where its barycentric weights say, mm.
+    ///
+    /// A point has at most six nodes. Where the corners are carried by several pentahedra, the six that count most are it.
+    pub fn point(&self, triangle: [u32; 3], weights: [f32; 3]) -> (TissuePoint, Vec3) {
+        if triangle.iter().all(|&vertex| self.is_node(vertex)) {
+            return (TissuePoint::on_triangle(triangle, weights), Vec3::ZERO);
+        }
+        let mut parts: Vec<(u32, f32)> = Vec::with_capacity(18);
+        for (vertex, share) in triangle.into_iter().zip(weights) {
+            for (node, weight) in self.carriers(vertex).parts() {
+                match parts.iter_mut().find(|(known, _)| *known == node) {
+                    Some((_, sum)) => *sum += share * weight,
+                    None => parts.push((node, share * weight)),
+                }
+            }
+        }
+        parts.retain(|(_, weight)| *weight > 0.0);
+        parts.sort_by(|(a, first), (b, second)| second.total_cmp(first).then(a.cmp(b)));
+        parts.truncate(6);
+        let sum: f32 = parts.iter().map(|(_, weight)| weight).sum();
+        let (mut nodes, mut shares) = ([parts.first().map_or(0, |(node, _)| *node); 6], [0.0; 6]);
+        let mut place = Vec3::ZERO;
+        for (n, (node, weight)) in parts.into_iter().enumerate() {
+            (nodes[n], shares[n]) = (node, weight / sum);
+            place += self.solver.position(node) * (weight / sum);
+        }
+        let meant: Vec3 = triangle
+            .into_iter()
+            .zip(weights)
+            .map(|(vertex, share)| self.place(vertex) * share)
+            .sum();
+        (TissuePoint::in_pentahedron(nodes, shares), place - meant)
+    }
+
+    /// The pentahedron that carries most of a triangle.
+    pub fn pentahedron(&self, slot: u32, triangle: [u32; 3]) -> u32 {
+        match self.fine {
+            Some(fine) => {
+                let carrier = |vertex: u32| fine.surface().carrier(vertex).map(|(pentahedron, _)| pentahedron);
+                let [a, b, c] = triangle.map(carrier);
+                if b == c { b } else { a }.unwrap_or(u32::MAX)
+            }
+            None => self.solver.surface().owner(slot),
+        }
+    }
+
+    /// What the skin is at a vertex.
+    pub fn kind(&self, vertex: u32) -> NodeKind {
+        let Some(fine) = self.fine else {
+            return self.solver.node_kind(vertex);
+        };
+        match fine.surface().kinds()[vertex as usize] {
+            SurfaceKind::Mucosa => NodeKind::Mucosa,
+            SurfaceKind::Capsule => NodeKind::Capsule,
+            SurfaceKind::Other | SurfaceKind::Cut => NodeKind::Inner,
+        }
+    }
+}
