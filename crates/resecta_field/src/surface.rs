@@ -215,6 +215,11 @@ impl Surface {
         self.vertices.len()
     }
 
+    /// The pentahedron that carries a vertex; none for a free slot and for nodes inside the tissue.
+    pub fn home(&self, vertex: u32) -> Option<u32> {
+        self.vertices.home(vertex).map(|(pentahedron, _)| pentahedron)
+    }
+
     /// The pentahedron that carries a vertex and its weights for the six corners (each 0 or more, sum 1); none for a
     /// free slot and for nodes inside the tissue.
     pub fn carrier(&self, vertex: u32) -> Option<(u32, [f32; 6])> {

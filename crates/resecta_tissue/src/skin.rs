@@ -33,6 +33,11 @@ impl<'a> Skin<'a> {
         }
     }
 
+    /// The tissue whose skin it is.
+    pub fn solver(&self) -> &'a resecta_solver::Tissue {
+        self.solver
+    }
+
     /// Changes with the triangles.
     pub fn version(&self) -> SkinVersion {
         SkinVersion {
@@ -105,7 +110,7 @@ impl<'a> Skin<'a> {
         if self.is_node(vertex) {
             return None;
         }
-        self.fine?.surface().carrier(vertex).map(|(pentahedron, _)| pentahedron)
+        self.fine?.surface().home(vertex)
     }
 
     /// The nodes that carry a vertex, and their weights.
@@ -118,6 +123,33 @@ impl<'a> Skin<'a> {
         carrier.map_or(TissuePoint::node(0), |(pentahedron, weights)| {
             TissuePoint::in_pentahedron(self.solver.pentahedron_nodes(pentahedron), weights)
         })
+    }
+
+    /// Where a vertex would be if its nodes were elsewhere, mm.
+    pub fn place_by(&self, vertex: u32, place: impl Fn(u32) -> Vec3) -> Vec3 {
+        if self.is_node(vertex) {
+            return place(vertex);
+        }
+        let carriers = self.carriers(vertex);
+        carriers.parts().map(|(node, weight)| place(node) * weight).sum()
+    }
+
+    /// Tells of a vertex whether one of some nodes carries it.
+    pub fn carried_by(&self, nodes: &[u32]) -> impl Fn(u32) -> bool {
+        let mut is_one = vec![false; self.solver.node_count()];
+        nodes.iter().for_each(|&node| is_one[node as usize] = true);
+        let has_one = |pentahedron: u32| {
+            let nodes = self.solver.pentahedron_nodes(pentahedron);
+            nodes.iter().any(|&node| is_one[node as usize])
+        };
+        let pentahedra: Vec<bool> = match self.fine {
+            Some(_) => (0..self.solver.pentahedron_count() as u32).map(has_one).collect(),
+            None => Vec::new(),
+        };
+        move |vertex| match self.home(vertex) {
+            Some(pentahedron) => pentahedra[pentahedron as usize],
+            None => is_one[vertex as usize],
+        }
     }
 
     /// A point of a triangle, and how far the point given lies from where its barycentric weights say, mm.
@@ -158,8 +190,7 @@ impl<'a> Skin<'a> {
     pub fn pentahedron(&self, slot: u32, triangle: [u32; 3]) -> u32 {
         match self.fine {
             Some(fine) => {
-                let carrier = |vertex: u32| fine.surface().carrier(vertex).map(|(pentahedron, _)| pentahedron);
-                let [a, b, c] = triangle.map(carrier);
+                let [a, b, c] = triangle.map(|vertex| fine.surface().home(vertex));
                 if b == c { b } else { a }.unwrap_or(u32::MAX)
             }
             None => self.solver.surface().owner(slot),

@@ -5,6 +5,7 @@ use parry3d::{
     bounding_volume::{Aabb, BoundingVolume},
     partitioning::{Bvh, BvhWorkspace},
 };
+use resecta_solver::Followed;
 
 use super::{
     closest::{ClosestPoints, point_triangle},
@@ -18,35 +19,63 @@ use crate::skin::{Skin, SkinVersion};
 pub const DEPTH_LIMIT_MM: f32 = 3.0;
 
 /// The hierarchy and what it was built from. It is never rebuilt: triangles that appear are inserted, those that go are
-/// removed, and all others are refitted in place.
+/// removed, and where a node has gone further than a slack, the bounds around it are refitted in place.
 ///
 /// A leaf is a *patch* of up to [`PATCH`] triangles that appeared together, and so lie together: a gland has thousands of
-/// triangles to refit every step, and a tool is near a few dozen.
-#[derive(Component, Default)]
+/// triangles, and a tool is near a few dozen. What a query finds in a leaf it looks at where it is now.
+#[derive(Component)]
 pub struct Collider {
     bvh: Bvh,
     workspace: BvhWorkspace,
-    patches: Vec<Vec<Known>>,
+    /// Where nodes are to within [`SLACK_MM`]: what the bounds are of.
+    followed: Followed,
+    /// The slots of the surface in each patch.
+    patches: Vec<Vec<u32>>,
     /// Patches without a triangle.
     free: Vec<u32>,
-    /// The patch of the triangle in each slot of the surface at the last update; none where the slot is free.
-    patch_of: Vec<Option<u32>>,
+    /// Patches whose bounds are out of date.
+    stale: Vec<bool>,
+    /// What was in each slot of the surface at the last update; none where the slot was free.
+    slots: Vec<Option<Known>>,
     topology: Option<SkinVersion>,
-    /// The version of the motion that the bounds are of.
+    /// The version of the motion that the bounds hold for.
     motion: Option<u64>,
     /// The contacts found last.
     found: Vec<Found>,
 }
 
-/// A triangle of a patch.
+impl Default for Collider {
+    fn default() -> Self {
+        Self {
+            bvh: Bvh::default(),
+            workspace: BvhWorkspace::default(),
+            followed: Followed::new(SLACK_MM),
+            patches: Vec::new(),
+            free: Vec::new(),
+            stale: Vec::new(),
+            slots: Vec::new(),
+            topology: None,
+            motion: None,
+            found: Vec::new(),
+        }
+    }
+}
+
+/// A triangle and the patch it is in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Known {
-    slot: u32,
+    patch: u32,
     vertices: [u32; 3],
 }
 
 /// Most triangles in a patch: twice as many or half as many cost a step more.
 const PATCH: usize = 8;
+
+/// How far a node goes before the bounds around it are refitted, mm: small against a patch, and some steps' way in tissue
+/// that is not pushed.
+const SLACK_MM: f32 = 0.5;
+/// How much wider bounds are than the places they are of, mm: the slack, and room for rounding.
+const LOOSENED_MM: f32 = 1.02 * SLACK_MM;
 
 /// A triangle of the surface with its corners where they are now.
 #[derive(Debug, Clone, Copy)]
@@ -67,55 +96,83 @@ impl Face {
 impl Collider {
     /// Brings the hierarchy up to date with the tissue; costs nothing where all of it sleeps.
     pub fn update(&mut self, skin: &Skin) {
-        if self.topology != Some(skin.version()) {
-            self.topology = Some(skin.version());
-            self.update_patches(skin);
-        } else if self.motion == Some(skin.motion_version()) {
+        let was_cut = self.topology != Some(skin.version());
+        if !was_cut && self.motion == Some(skin.motion_version()) {
             return;
         }
         self.motion = Some(skin.motion_version());
-        for (patch, known) in (0u32..).zip(&self.patches) {
-            let bounds = known.iter().map(|known| bounds(&corners(skin, known.vertices)));
-            if let Some(bounds) = bounds.reduce(|one, other| one.merged(&other)) {
-                self.bvh.insert_or_update_partially(bounds, patch, 0.0);
+        let gone = self.followed.catch_up(skin.solver());
+        if was_cut {
+            self.topology = Some(skin.version());
+            self.update_patches(skin);
+        }
+        if !gone.is_empty() {
+            let has_moved = skin.carried_by(&gone);
+            for known in self.slots.iter().flatten() {
+                self.stale[known.patch as usize] |= known.vertices.iter().any(|&vertex| has_moved(vertex));
             }
         }
-        self.bvh.refit(&mut self.workspace);
+        self.refit(skin);
+    }
+
+    /// Gives patches that are out of date their bounds.
+    fn refit(&mut self, skin: &Skin) {
+        let mut changed = false;
+        for (patch, stale) in (0u32..).zip(&mut self.stale) {
+            if !std::mem::take(stale) {
+                continue;
+            }
+            changed = true;
+            let vertices = self.patches[patch as usize].iter();
+            let vertices = vertices
+                .filter_map(|&slot| self.slots[slot as usize])
+                .flat_map(|known| known.vertices);
+            // A vertex is a mean of its nodes: it has gone no further than they have.
+            let places = vertices.map(|vertex| skin.place_by(vertex, |node| self.followed.place(node)));
+            let bounds = places.map(|place| (place, place));
+            match bounds.reduce(|(low, high), (place, _)| (low.min(place), high.max(place))) {
+                Some((low, high)) => {
+                    let bounds = Aabb::new(low, high).loosened(LOOSENED_MM);
+                    self.bvh.insert_or_update_partially(bounds, patch, 0.0);
+                }
+                None => {
+                    self.bvh.remove(patch);
+                    self.free.push(patch);
+                }
+            }
+        }
+        if changed {
+            self.bvh.refit(&mut self.workspace);
+        }
     }
 
     /// Takes triangles that went out of their patches, and puts those that appeared into new ones.
     fn update_patches(&mut self, skin: &Skin) {
-        self.patch_of.resize(skin.slot_count().max(self.patch_of.len()), None);
+        self.slots.resize(skin.slot_count().max(self.slots.len()), None);
         let mut appeared = Vec::new();
-        for (slot, patch) in (0u32..).zip(&mut self.patch_of) {
-            let triangle = skin.triangle(slot);
-            if let Some(number) = *patch {
-                let known = &mut self.patches[number as usize];
-                if known
-                    .iter()
-                    .any(|known| known.slot == slot && triangle == Some(known.vertices))
-                {
-                    continue;
-                }
-                // Gone, or another one in its place.
-                known.retain(|known| known.slot != slot);
-                if known.is_empty() {
-                    self.bvh.remove(number);
-                    self.free.push(number);
-                }
-                *patch = None;
+        for (slot, known) in (0u32..).zip(&mut self.slots) {
+            let vertices = skin.triangle(slot);
+            if vertices == known.map(|known| known.vertices) {
+                continue;
             }
-            appeared.extend(triangle.map(|vertices| Known { slot, vertices }));
+            // Gone, or another one in its place.
+            if let Some(Known { patch, .. }) = known.take() {
+                self.patches[patch as usize].retain(|&other| other != slot);
+                self.stale[patch as usize] = true;
+            }
+            appeared.extend(vertices.map(|vertices| (slot, vertices)));
         }
-        for known in appeared.chunks(PATCH) {
-            let number = self.free.pop().unwrap_or_else(|| {
+        for triangles in appeared.chunks(PATCH) {
+            let patch = self.free.pop().unwrap_or_else(|| {
                 self.patches.push(Vec::new());
+                self.stale.push(true);
                 self.patches.len() as u32 - 1
             });
-            for known in known {
-                self.patch_of[known.slot as usize] = Some(number);
+            self.stale[patch as usize] = true;
+            for &(slot, vertices) in triangles {
+                self.slots[slot as usize] = Some(Known { patch, vertices });
+                self.patches[patch as usize].push(slot);
             }
-            self.patches[number as usize].extend_from_slice(known);
         }
     }
 
@@ -139,7 +196,7 @@ impl Collider {
         self.found = found;
     }
 
-    /// The bounds of the whole surface; none without one.
+    /// Bounds of the whole surface, wider by a slack; none without one.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         (!self.bvh.is_empty()).then(|| {
             let bounds = self.bvh.root_aabb();
@@ -214,13 +271,13 @@ impl Collider {
 
     /// The triangles of a patch.
     fn faces(&self, skin: &Skin, patch: u32) -> impl Iterator<Item = Face> {
-        self.patches[patch as usize]
-            .iter()
-            .map(|&Known { slot, vertices }| Face {
-                slot,
-                vertices,
-                corners: corners(skin, vertices),
-            })
+        let slots = self.patches[patch as usize].iter();
+        let known = slots.filter_map(|&slot| Some((slot, self.slots[slot as usize]?.vertices)));
+        known.map(|(slot, vertices)| Face {
+            slot,
+            vertices,
+            corners: vertices.map(|vertex| skin.place(vertex)),
+        })
     }
 }
 
@@ -233,10 +290,105 @@ pub struct Nearest {
     pub inside: bool,
 }
 
-fn corners(skin: &Skin, vertices: [u32; 3]) -> [Vec3; 3] {
-    vertices.map(|vertex| skin.place(vertex))
-}
-
 fn bounds([a, b, c]: &[Vec3; 3]) -> Aabb {
     Aabb::new(a.min(*b).min(*c), a.max(*b).max(*c))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        collide::{contacts, sweep::PartSweep},
+        tool::ToolPartKind,
+    };
+    use bevy::math::DVec3;
+    use proptest::prelude::*;
+    use resecta_solver::{Material, Tissue, TissueMesh};
+
+    /// Cubes a side of the block, and their edge, mm.
+    const CUBES: u32 = 6;
+    const EDGE_MM: f64 = 2.0;
+
+    fn block() -> Tissue {
+        let side = CUBES + 1;
+        let corner =
+            |n: u32| DVec3::new((n % side).into(), (n / side % side).into(), (n / side / side).into()) * EDGE_MM;
+        let cubes = (0..CUBES.pow(3)).map(|n| [n % CUBES, n / CUBES % CUBES, n / CUBES / CUBES]);
+        let pentahedra = cubes.flat_map(|[x, y, z]| {
+            let c = |dx, dy, dz| ((z + dz) * side + y + dy) * side + x + dx;
+            [
+                [c(0, 0, 0), c(1, 1, 0), c(1, 0, 0), c(0, 0, 1), c(1, 1, 1), c(1, 0, 1)],
+                [c(0, 0, 0), c(0, 1, 0), c(1, 1, 0), c(0, 0, 1), c(0, 1, 1), c(1, 1, 1)],
+            ]
+        });
+        let mesh = TissueMesh::from_pentahedra((0..side.pow(3)).map(corner).collect(), pentahedra.collect());
+        Tissue::new(&mesh, &Material::default()).expect("a block is a tissue")
+    }
+
+    fn contacts(collider: &Collider, tissue: &Tissue, part: &PartSweep) -> String {
+        let (mut faces, mut found) = (Vec::new(), Vec::new());
+        contacts::find(collider, tissue, part, (0, 0), 1.0 / 60.0, &mut faces, &mut found);
+        format!("{found:?}")
+    }
+
+    /// Whether the bounds of every triangle's patch, and those above, hold its corners.
+    fn holds_every_face(collider: &Collider, tissue: &Tissue) -> bool {
+        tissue.surface().triangles().all(|(slot, nodes)| {
+            let patch = collider.slots[slot as usize].map(|known| known.patch);
+            nodes.iter().all(|&node| {
+                let corner = tissue.position(node);
+                let corner = Aabb::new(corner, corner);
+                let mut around = collider.bvh.intersect_aabb(&corner);
+                around.any(|found| Some(found) == patch)
+            })
+        })
+    }
+
+    fn place() -> impl Strategy<Value = Vec3> {
+        let axis = || -2.0..(CUBES as f64 * EDGE_MM) as f32 + 2.0;
+        (axis(), axis(), axis()).prop_map(Vec3::from)
+    }
+
+    /// What is done to a block between two looks: where nodes move, how far, what is cut.
+    fn deed() -> impl Strategy<Value = (Vec3, Vec3, Option<u32>)> {
+        let way = (-0.6..0.6f32, -0.6..0.6f32, -0.6..0.6f32).prop_map(Vec3::from);
+        (place(), way, proptest::option::of(0..2 * CUBES.pow(3)))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn a_collider_kept_up_holds_every_face_and_finds_the_contacts_of_one_built_anew(
+            deeds in proptest::collection::vec((deed(), place(), place()), 1..12),
+        ) {
+            let (mut tissue, mut kept) = (block(), Collider::default());
+            for ((middle, way, cut), a, b) in deeds {
+                for node in 0..tissue.node_count() as u32 {
+                    let place = tissue.position(node);
+                    let share = (1.0 - 0.2 * place.distance(middle)).max(0.0);
+                    if tissue.is_node_alive(node) {
+                        tissue.set_position(node, place + share * way).expect("a finite place");
+                    }
+                }
+                if let Some(pentahedron) = cut {
+                    let node = tissue.pentahedron_nodes(pentahedron)[0];
+                    let around: Vec<u32> = tissue.pentahedra_around(node).collect();
+                    tissue.resect(&around, None);
+                }
+                kept.update(&tissue);
+                prop_assert!(holds_every_face(&kept, &tissue));
+                let mut anew = Collider::default();
+                anew.update(&tissue);
+                for radius in [0.3, 2.0] {
+                    let part = PartSweep {
+                        kind: ToolPartKind::Loop,
+                        radius,
+                        from: Axis { a, b: b + way },
+                        to: Axis { a: a + way, b },
+                    };
+                    prop_assert_eq!(contacts(&kept, &tissue, &part), contacts(&anew, &tissue, &part));
+                }
+            }
+        }
+    }
 }

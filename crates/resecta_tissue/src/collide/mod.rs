@@ -1,8 +1,8 @@
 //! Collision: tools push tissue, and tissue tells what touched it.
 //!
-//! The motion of a tool during a step is divided into passes that are short against the part that moves. Each pass refits
-//! the hierarchy, finds contacts and moves the tissue by its share of the step, so that neither a thin loop nor a fast one
-//! is carried past what it should push.
+//! The motion of a tool during a step is divided into passes that are short against the part that moves. Each pass brings
+//! the hierarchy up to date, finds contacts and moves the tissue by its share of the step, so that neither a thin loop nor
+//! a fast one is carried past what it should push.
 
 mod closest;
 mod collider;
