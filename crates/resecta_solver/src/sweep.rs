@@ -44,14 +44,13 @@ impl LoopSweep {
     /// The point is passed when it changes sides of the loop's plane; the instant is found by bisection to 1/4096 of the
     /// step, and the point must then lie inside the wire. Successive sweeps share a pose, so they leave no gap.
     pub fn contains(&self, point: DVec3) -> bool {
-        let side = |share: f64| {
-            let pose = self.from.between(&self.to, share);
-            (point - pose.centre).dot(pose.travel)
-        };
-        let start = side(0.0);
-        if start * side(1.0) > 0.0 || !start.is_finite() {
+        let side_of = |pose: &LoopPose| (point - pose.centre).dot(pose.travel);
+        let start = side_of(&self.from);
+        // Most points are on one side at both ends.
+        if start * side_of(&self.to) > 0.0 || !start.is_finite() {
             return false;
         }
+        let side = |share: f64| side_of(&self.from.between(&self.to, share));
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..12 {
             let middle = 0.5 * (low + high);
