@@ -21,6 +21,8 @@ pub struct Resection {
     pub weakened: Vec<u32>,
     /// Nodes removed, rising.
     pub nodes: Vec<u32>,
+    /// Nodes that stay with less mass, rising.
+    pub lightened: Vec<u32>,
     /// Volume at rest, mm³.
     pub rest_volume_mm3: f64,
     /// Volume just before the cut, mm³: by so much the enclosed volume fell.
@@ -168,6 +170,8 @@ impl Tissue {
                 resection.springs.push(spring.spring);
             }
         }
+        let touched = cavity.nodes();
+        resection.lightened = touched.filter(|&node| self.is_node_alive(node)).collect();
 
         self.living.pentahedra -= resection.pentahedra.len();
         self.living.springs -= resection.springs.len();

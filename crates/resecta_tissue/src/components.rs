@@ -38,9 +38,9 @@ pub struct Tissue {
     /// The version of the motion that the components show.
     #[reflect(ignore)]
     pub(crate) written: Option<u64>,
-    /// Whether something was removed since the components were written last.
+    /// Nodes that lost mass since the components were written last.
     #[reflect(ignore)]
-    pub(crate) cut: bool,
+    pub(crate) lightened: Vec<u32>,
     /// Springs that lost stiffness since then.
     #[reflect(ignore)]
     pub(crate) weakened: Vec<u32>,
@@ -63,7 +63,7 @@ impl Tissue {
             parts: None,
             ordinal: u64::MAX,
             written: None,
-            cut: false,
+            lightened: Vec::new(),
             weakened: Vec::new(),
         }
     }

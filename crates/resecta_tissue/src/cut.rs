@@ -228,7 +228,7 @@ impl Cut<'_> {
         if resection.taken_mm3.is_empty() {
             return;
         }
-        tissue.cut = true;
+        tissue.lightened.extend(&resection.lightened);
         tissue.weakened.extend(&resection.weakened);
         diagnostics.resected += resection.pentahedra.len();
         if resection.law_refused {

@@ -1,4 +1,4 @@
-//! After the step: what the solver moved and what a cut weakened is written to the components.
+//! After the step: what the solver moved and what a cut left lighter or weaker is written to the components.
 
 use bevy::{ecs::entity::EntityHashMap, prelude::*};
 
@@ -7,8 +7,8 @@ use crate::{
     diagnostics::{TissueDiagnostics, timed},
 };
 
-/// Writes positions and velocities of all nodes; after a cut also masses, dampings and stiffness, which fall with the
-/// tissue around them. Bypasses change detection, which tells edits from this. What sleeps is not written again.
+/// Writes positions and velocities of all nodes, and masses, dampings and stiffness where a cut has taken tissue. Bypasses
+/// change detection, which tells edits from this. What sleeps is not written again.
 pub(crate) fn write_back(
     mut tissues: Query<(Entity, &mut Tissue)>,
     mut nodes: Query<&mut TissueNode>,
@@ -17,50 +17,51 @@ pub(crate) fn write_back(
 ) {
     let mut time = std::time::Duration::ZERO;
     timed(&mut time, || {
-        let solvers: EntityHashMap<&Tissue> = tissues.iter().collect();
+        let is_shown = |tissue: &Tissue| tissue.written == Some(tissue.solver.motion_version());
+        let moved = tissues.iter().filter(|(_, tissue)| !is_shown(tissue));
+        let moved: EntityHashMap<&resecta_solver::Tissue> =
+            moved.map(|(entity, tissue)| (entity, &tissue.solver)).collect();
         // Parts of a tissue lie beside each other: one look-up serves a whole run of them.
-        let mut known: Option<(Entity, &Tissue)> = None;
-        let mut tissue_of = |entity: Entity| match known {
-            Some((of, tissue)) if of == entity => Some(tissue),
-            _ => {
-                known = solvers.get(&entity).map(|tissue| (entity, *tissue));
-                known.map(|(_, tissue)| tissue)
-            }
-        };
-        let is_shown = |tissue: &Tissue| !tissue.cut && tissue.written == Some(tissue.solver.motion_version());
-        let any_moved = !solvers.values().all(|tissue| is_shown(tissue));
-        for mut table in any_moved
-            .then(|| nodes.contiguous_iter_mut())
-            .into_iter()
-            .flatten()
-            .flatten()
-        {
+        let mut known: Option<(Entity, Option<&resecta_solver::Tissue>)> = None;
+        let tables = (!moved.is_empty()).then(|| nodes.contiguous_iter_mut());
+        for mut table in tables.into_iter().flatten().flatten() {
             for node in table.bypass_change_detection() {
-                let Some(tissue) = tissue_of(node.tissue) else { continue };
-                if is_shown(tissue) || node.index as usize >= tissue.solver.node_count() {
-                    continue;
-                }
-                node.position = tissue.solver.position(node.index);
-                node.velocity = tissue.solver.velocity(node.index);
-                if tissue.cut {
-                    node.mass_g = tissue.solver.mass_g(node.index);
-                    node.damping_g_per_s = tissue.solver.damping_g_per_s(node.index);
+                let solver = match known {
+                    Some((of, solver)) if of == node.tissue => solver,
+                    _ => known.insert((node.tissue, moved.get(&node.tissue).copied())).1,
+                };
+                if let Some(solver) = solver.filter(|solver| (node.index as usize) < solver.node_count()) {
+                    node.position = solver.position(node.index);
+                    node.velocity = solver.velocity(node.index);
                 }
             }
         }
-        drop(solvers);
+        drop(moved);
         for (_, mut tissue) in &mut tissues {
-            let tissue = tissue.bypass_change_detection();
-            tissue.cut = false;
-            tissue.written = Some(tissue.solver.motion_version());
-            for index in std::mem::take(&mut tissue.weakened) {
-                let entity = tissue
-                    .parts
-                    .as_ref()
-                    .and_then(|parts| parts.springs.get(index as usize));
-                // One that another cut of this step took is gone.
+            let Tissue {
+                solver,
+                parts,
+                written,
+                lightened,
+                weakened,
+                ..
+            } = tissue.bypass_change_detection();
+            *written = Some(solver.motion_version());
+            let (lightened, weakened) = (std::mem::take(lightened), std::mem::take(weakened));
+            let Some(parts) = parts else { continue };
+            // What another cut of this step took is gone.
+            for index in lightened {
+                let entity = parts.nodes.get(index as usize);
+                if let Some(mut node) = entity.and_then(|&entity| nodes.get_mut(entity).ok()) {
+                    let node = node.bypass_change_detection();
+                    node.mass_g = solver.mass_g(index);
+                    node.damping_g_per_s = solver.damping_g_per_s(index);
+                }
+            }
+            for index in weakened {
+                let entity = parts.springs.get(index as usize);
                 if let Some(mut spring) = entity.and_then(|&entity| springs.get_mut(entity).ok()) {
-                    spring.bypass_change_detection().stiffness_mn_per_m = tissue.solver.spring(index).stiffness;
+                    spring.bypass_change_detection().stiffness_mn_per_m = solver.spring(index).stiffness;
                 }
             }
         }

@@ -299,11 +299,14 @@ mod tests {
     use super::*;
     use crate::{
         collide::{contacts, sweep::PartSweep},
+        components::Tissue,
+        fine::Fine,
         tool::ToolPartKind,
     };
     use bevy::math::DVec3;
     use proptest::prelude::*;
-    use resecta_solver::{Material, Tissue, TissueMesh};
+    use resecta_field::Tool;
+    use resecta_solver::{Material, TissueMesh};
 
     /// Cubes a side of the block, and their edge, mm.
     const CUBES: u32 = 6;
@@ -322,26 +325,43 @@ mod tests {
             ]
         });
         let mesh = TissueMesh::from_pentahedra((0..side.pow(3)).map(corner).collect(), pentahedra.collect());
-        Tissue::new(&mesh, &Material::default()).expect("a block is a tissue")
+        Tissue::new(resecta_solver::Tissue::new(&mesh, &Material::default()).expect("a block is a tissue"))
     }
 
-    fn contacts(collider: &Collider, tissue: &Tissue, part: &PartSweep) -> String {
+    fn contacts(collider: &Collider, skin: &Skin, part: &PartSweep) -> String {
         let (mut faces, mut found) = (Vec::new(), Vec::new());
-        contacts::find(collider, tissue, part, (0, 0), 1.0 / 60.0, &mut faces, &mut found);
+        contacts::find(collider, skin, part, (0, 0), 1.0 / 60.0, &mut faces, &mut found);
         format!("{found:?}")
     }
 
     /// Whether the bounds of every triangle's patch, and those above, hold its corners.
-    fn holds_every_face(collider: &Collider, tissue: &Tissue) -> bool {
-        tissue.surface().triangles().all(|(slot, nodes)| {
+    fn holds_every_face(collider: &Collider, skin: &Skin) -> bool {
+        let slots = 0..skin.slot_count() as u32;
+        let mut triangles = slots.filter_map(|slot| Some((slot, skin.triangle(slot)?)));
+        triangles.all(|(slot, vertices)| {
             let patch = collider.slots[slot as usize].map(|known| known.patch);
-            nodes.iter().all(|&node| {
-                let corner = tissue.position(node);
+            vertices.iter().all(|&vertex| {
+                let corner = skin.place(vertex);
                 let corner = Aabb::new(corner, corner);
                 let mut around = collider.bvh.intersect_aabb(&corner);
                 around.any(|found| Some(found) == patch)
             })
         })
+    }
+
+    /// Takes away what is around a node: pentahedra, or a ball of the same size.
+    fn cut_around(tissue: &mut Tissue, node: u32) {
+        let Some(fine) = &mut tissue.fine else {
+            let around: Vec<u32> = tissue.solver.pentahedra_around(node).collect();
+            tissue.solver.resect(&around, None);
+            return;
+        };
+        let ball = Tool::Sphere {
+            centre: tissue.solver.position(node).as_dvec3(),
+            radius_mm: EDGE_MM,
+        };
+        let taken = fine.cut(&tissue.solver, None, &ball).expect("a plain ball");
+        tissue.solver.thin(&taken.left, None);
     }
 
     fn place() -> impl Strategy<Value = Vec3> {
@@ -359,26 +379,31 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(64))]
         #[test]
         fn a_collider_kept_up_holds_every_face_and_finds_the_contacts_of_one_built_anew(
+            is_fine: bool,
             deeds in proptest::collection::vec((deed(), place(), place()), 1..12),
         ) {
             let (mut tissue, mut kept) = (block(), Collider::default());
+            if is_fine {
+                tissue.fine = Some(Fine::new(&tissue.solver, 0.7).expect("a block can be cut"));
+            }
             for ((middle, way, cut), a, b) in deeds {
-                for node in 0..tissue.node_count() as u32 {
-                    let place = tissue.position(node);
+                for node in 0..tissue.solver.node_count() as u32 {
+                    let place = tissue.solver.position(node);
                     let share = (1.0 - 0.2 * place.distance(middle)).max(0.0);
-                    if tissue.is_node_alive(node) {
-                        tissue.set_position(node, place + share * way).expect("a finite place");
+                    if tissue.solver.is_node_alive(node) {
+                        tissue.solver.set_position(node, place + share * way).expect("a finite place");
                     }
                 }
                 if let Some(pentahedron) = cut {
-                    let node = tissue.pentahedron_nodes(pentahedron)[0];
-                    let around: Vec<u32> = tissue.pentahedra_around(node).collect();
-                    tissue.resect(&around, None);
+                    let node = tissue.solver.pentahedron_nodes(pentahedron)[0];
+                    cut_around(&mut tissue, node);
                 }
-                kept.update(&tissue);
-                prop_assert!(holds_every_face(&kept, &tissue));
+                tissue.follow();
+                let skin = Skin::of(&tissue);
+                kept.update(&skin);
+                prop_assert!(holds_every_face(&kept, &skin));
                 let mut anew = Collider::default();
-                anew.update(&tissue);
+                anew.update(&skin);
                 for radius in [0.3, 2.0] {
                     let part = PartSweep {
                         kind: ToolPartKind::Loop,
@@ -386,7 +411,7 @@ mod tests {
                         from: Axis { a, b: b + way },
                         to: Axis { a: a + way, b },
                     };
-                    prop_assert_eq!(contacts(&kept, &tissue, &part), contacts(&anew, &tissue, &part));
+                    prop_assert_eq!(contacts(&kept, &skin, &part), contacts(&anew, &skin, &part));
                 }
             }
         }
