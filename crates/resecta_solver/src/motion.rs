@@ -224,12 +224,12 @@ impl Tissue {
         self.collapse.approach(plan.duration_s());
         self.scratch.start.copy_from(&self.motion);
         let mut substeps_repeated = 0;
-        loop {
+        let is_sound = loop {
             self.run(plan, contacts);
             let (bound_s, is_sound) = (self.measure_bound_s(), self.motion.is_sound(plan));
             let is_last = attempt == Attempt::ForAnyShape { again: 0 };
             if is_last || is_sound && plan.substep_s <= bound_s {
-                break;
+                break is_sound;
             }
             // The tissue has turned into a shape for which the step was too long.
             let again = match attempt {
@@ -253,8 +253,8 @@ impl Tissue {
             self.forget_bound();
             substeps_repeated += plan.substeps;
             plan = plan_of(stricter)?;
-        }
-        let put_aside = if self.motion.is_sound(plan) {
+        };
+        let put_aside = if is_sound {
             Vec::new()
         } else {
             self.motion.copy_from(&self.scratch.start);
