@@ -9,7 +9,7 @@ use resecta_solver::{NodeKind, Tissue};
 /// - a point: `displacement` from rest (mm), `velocity` (mm/s), `kind` (0 mucosa, 1 inner, 2 capsule), `node` (its index in
 ///   the tissue);
 /// - a cell: `zone` (index of [`Zone::ALL`](resecta_anatomy::Zone::ALL)), `marked` (1 where the exercise marks it),
-///   `rest_volume` (mm³), `pentahedron` (its index in the tissue).
+///   `rest_volume` (mm³), `fill` (the share of it that is left), `pentahedron` (its index in the tissue).
 pub fn gland(tissue: &Tissue, marked: &MarkedRegion) -> VtuMesh {
     let nodes: Vec<u32> = (0..tissue.node_count() as u32)
         .filter(|&node| tissue.is_node_alive(node))
@@ -31,6 +31,7 @@ pub fn gland(tissue: &Tissue, marked: &MarkedRegion) -> VtuMesh {
     let displacement = |&node: &u32| position(node) - tissue.rest_position(node).as_dvec3();
     let velocity = |&node: &u32| tissue.velocity(node).as_dvec3();
     let rest_volume = |&cell: &u32| tissue.rest_volume_mm3(cell);
+    let fill = |&cell: &u32| tissue.fill(cell);
     VtuMesh {
         points: nodes.iter().map(|&node| position(node)).collect(),
         wedges: (pentahedra.iter())
@@ -58,6 +59,7 @@ pub fn gland(tissue: &Tissue, marked: &MarkedRegion) -> VtuMesh {
                 "rest_volume".into(),
                 VtuData::Scalars(pentahedra.iter().map(rest_volume).collect()),
             ),
+            ("fill".into(), VtuData::Scalars(pentahedra.iter().map(fill).collect())),
             ("pentahedron".into(), of_cells(&|cell| cell.into())),
         ],
     }

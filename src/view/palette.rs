@@ -48,5 +48,6 @@ pub fn tissue() -> TissueColours {
         mucosa: colour(0.66, 0.19, 0.15, MUCOSA),
         capsule: colour(0.62, 0.44, 0.38, CAPSULE),
         cut,
+        coagulated: colour(0.34, 0.22, 0.10, CUT),
     }
 }

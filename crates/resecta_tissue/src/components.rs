@@ -86,6 +86,12 @@ impl Tissue {
         }
     }
 
+    /// The finer boundary of the tissue, where it is cut finer than its elements ([`CutDetail`](crate::CutDetail)); none before
+    /// the app has a tool with a loop.
+    pub fn field(&self) -> Option<&resecta_field::Field> {
+        self.fine.as_ref().map(Fine::field)
+    }
+
     /// The entity of node `index`; none before the first step and past the end. Dead once the node is removed.
     pub fn node_entity(&self, index: u32) -> Option<Entity> {
         self.parts.as_ref()?.nodes.get(index as usize).copied()

@@ -85,7 +85,7 @@ pub(crate) fn refine(
     }
 }
 
-/// Lets the loops of tools that cut take what they reach.
+/// Lets the loops of tools that cut take what they reach, and those that coagulate what they touch.
 pub(crate) fn cut(
     mut tissues: Query<(Entity, &mut Tissue, &TissueSettings, &Collider)>,
     tools: Res<StepTools>,
@@ -111,6 +111,15 @@ pub(crate) fn cut(
                 };
                 let resection = cut.by_loop(index, tool, collider);
                 cut.tell(resection, &mut commands, &mut reports, &mut diagnostics);
+            }
+            if let Some(fine) = &mut tissue.fine {
+                for found in collider.found().iter().filter(|found| found.touches()) {
+                    let burns = found.kind == ToolPartKind::Loop && tools[found.tool as usize].coagulates();
+                    let done = burns.then(|| fine.coagulate(&tissue.solver, found.point));
+                    if let Some(Err(error)) = done {
+                        reports.put_aside(entity, PutAsideSubject::Step, PutAsideReason::Field(error));
+                    }
+                }
             }
             let chip = tissue.fine.as_mut().and_then(|fine| fine.take_chip(&tissue.solver));
             if let Some((tool, chip)) = chip {

@@ -8,6 +8,11 @@ use resecta_solver::{LoopSweep, NodeKind};
 /// Pieces that hang by nothing come free up to this volume, mm³; a larger one is a part of the organ.
 const LARGEST_PIECE_MM3: f64 = 3000.0;
 
+/// A touch of a wire under coagulating current coagulates tissue within this distance of it, mm, to this depth below, mm.
+/// Our choice: monopolar coagulation whitens some millimetre of tissue.
+const COAGULATED_AROUND_MM: f64 = 0.5;
+const COAGULATED_DEEP_MM: f64 = 1.0;
+
 /// The finer boundary of a tissue.
 pub(crate) struct Fine {
     field: Field,
@@ -82,6 +87,10 @@ impl Fine {
             strokes: Vec::new(),
             chip: None,
         })
+    }
+
+    pub fn field(&self) -> &Field {
+        &self.field
     }
 
     /// The surface; where its vertices are is told by [`Fine::place`].
@@ -189,6 +198,14 @@ impl Fine {
         Ok(Taken {
             left: reached.into_iter().map(left).collect(),
         })
+    }
+
+    /// Coagulates the tissue around a point.
+    pub fn coagulate(&mut self, solver: &resecta_solver::Tissue, point: Vec3) -> Result<(), FieldError> {
+        self.gather_nodes(solver);
+        let (around, deep) = (COAGULATED_AROUND_MM, COAGULATED_DEEP_MM);
+        self.field.coagulate(point.as_dvec3(), around, deep, &self.nodes)?;
+        Ok(())
     }
 
     /// The chip under way, if nothing was added to it in this step, and the tool that began it.

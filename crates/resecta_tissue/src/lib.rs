@@ -63,7 +63,7 @@ pub use messages::{
     PutAsideReason, PutAsideSubject, TissueChip, TissueContact, TissueInconsistent, TissuePutAside, TissueResected,
 };
 pub use plugin::{TissuePlugin, TissueSystems};
-pub use resecta_field::{Chip, FieldError, SurfaceKind};
+pub use resecta_field::{Chip, Field, FieldError, SurfaceKind};
 pub use settings::{CutDetail, CuttingRule, TissueSettings};
 pub use surface_mesh::{TissueColours, TissueTint};
 pub use tool::{LoopCutter, TissueTool, ToolPart, ToolPartKind, ToolPlacement};

@@ -242,7 +242,7 @@ impl SurfaceMesh {
             }
             let depth = skin.coagulation_mm(vertex) / COAGULATED_MM;
             if depth > 0.0 {
-                colour = colour.mix(&colours.coagulated, depth.min(1.0));
+                colour = colour.mix(&colours.coagulated.with_alpha(colour.alpha), depth.min(1.0));
             }
             colour.to_f32_array()
         };

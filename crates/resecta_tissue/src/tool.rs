@@ -19,7 +19,8 @@ pub struct TissueTool {
     pub pose: Isometry3d,
     /// Whether the cutting current flows: the loop then resects what it reaches and does not push.
     pub cutting: bool,
-    /// Whether the coagulating current flows. Changes nothing here but what contacts report.
+    /// Whether the coagulating current flows: tissue that the loop touches is coagulated, where it is cut finer than its
+    /// elements. The cutting current goes first.
     pub coagulating: bool,
     /// Where the last step left the tool. The plugin keeps it; set it to `None` to put the tool elsewhere without
     /// sweeping the way in between.

@@ -227,33 +227,31 @@ impl Collider {
     /// Where several faces share the nearest point (an edge, a corner), the one that faces the point most squarely says
     /// which side it is on.
     pub fn nearest_face(&self, skin: &Skin, point: Vec3) -> Option<Nearest> {
-        let reach = Vec3::splat(DEPTH_LIMIT_MM);
+        const TIE_MM: f32 = 1e-4;
+        let of_patch = |patch: u32| {
+            let faces = self.faces(skin, patch);
+            faces.map(|face| (face, point_triangle(point, face.corners)))
+        };
+        // The distance first, from the nearest boxes on; then the faces that have it.
+        let (_, distance) = self.bvh.find_best(
+            DEPTH_LIMIT_MM,
+            |node, _| point.distance(point.clamp(node.mins(), node.maxs())),
+            |patch, _| {
+                of_patch(patch)
+                    .map(|(_, closest)| closest.distance())
+                    .min_by(f32::total_cmp)
+            },
+        )?;
+        let reach = Vec3::splat(distance + TIE_MM);
         let around = Aabb::new(point - reach, point + reach);
         let patches = self.bvh.intersect_aabb(&around);
-        let faces = patches.flat_map(|patch| self.faces(skin, patch));
-        let mut faces: Vec<Face> = faces.filter(|face| bounds(&face.corners).intersects(&around)).collect();
-        faces.sort_unstable_by_key(|face| face.slot);
-        const TIE_MM: f32 = 1e-4;
-        let mut candidates: Vec<(Face, ClosestPoints)> = Vec::new();
-        let mut distance = DEPTH_LIMIT_MM;
-        for face in faces {
-            // No point of a face is further from one corner than its longer edge there: most are too far at a glance.
-            let [a, b, c] = face.corners;
-            let size = a.distance_squared(b).max(a.distance_squared(c)).sqrt();
-            if a.distance(point) - size > distance + TIE_MM {
-                continue;
-            }
-            let closest = point_triangle(point, face.corners);
-            if closest.distance() <= distance + TIE_MM {
-                distance = distance.min(closest.distance());
-                candidates.push((face, closest));
-            }
-        }
+        let mut candidates: Vec<(Face, ClosestPoints)> = patches
+            .flat_map(of_patch)
+            .filter(|(_, closest)| closest.distance() <= distance + TIE_MM)
+            .collect();
+        candidates.sort_unstable_by_key(|(face, _)| face.slot);
         let mut best: Option<(f32, Nearest)> = None;
         for (face, closest) in candidates {
-            if closest.distance() > distance + TIE_MM {
-                continue;
-            }
             let side = face.normal().dot((point - closest.on_triangle).normalize_or_zero());
             if best.as_ref().is_none_or(|(squarest, _)| side.abs() > *squarest) {
                 best = Some((

@@ -6,7 +6,7 @@ use resecta_solver::{Contact, NodeKind};
 use super::{
     closest::{ClosestPoints, segment_triangle},
     collider::{Collider, DEPTH_LIMIT_MM, Face, Nearest},
-    sweep::PartSweep,
+    sweep::{Axis, PartSweep},
 };
 use crate::{skin::Skin, tool::ToolPartKind};
 
@@ -28,6 +28,8 @@ const DIP_MM: f32 = 0.1;
 const CORNER_WEIGHT: f32 = 0.999;
 /// A face runs along a sheath if the cosine between its normal and the sheath's axis is below this (45 degrees).
 const WALL_SLOPE: f32 = 0.7;
+/// The face nearest to a point of an axis inside the tissue is looked up for points this far apart, mm.
+const APART_MM: f32 = 0.5;
 /// Points ahead of a round tip and nearer to its axis than this share of its radius are pushed ahead.
 const NO_SIDE_SHARE: f32 = 0.2;
 
@@ -86,16 +88,21 @@ pub fn find(
     found: &mut Vec<Found>,
 ) {
     let motion = part.from.motion(&part.to);
-    let range = (part.radius + MARGIN_MM).max(DEPTH_LIMIT_MM) + motion;
-    collider.near_axis(skin, &part.to, range, faces);
+    let near = part.radius + MARGIN_MM;
+    let mut closest = gather(collider, skin, part, near + motion, faces);
+    let crossings = closest.iter().filter(|closest| passes_through(closest));
+    let mut surroundings = Surroundings::new(
+        collider,
+        skin,
+        part.to,
+        crossings.map(|closest| closest.share).collect(),
+    );
+    // Faces further away matter to an axis inside the tissue only.
+    if near < DEPTH_LIMIT_MM && !surroundings.are_outside() {
+        closest = gather(collider, skin, part, DEPTH_LIMIT_MM + motion, faces);
+    }
     let first = found.len();
     let mut corners: Vec<(u32, Touch)> = Vec::new();
-    let closest: Vec<ClosestPoints> = faces
-        .iter()
-        .map(|face| segment_triangle(part.to.a, part.to.b, face.corners))
-        .collect();
-    let crossings = closest.iter().filter(|closest| passes_through(closest));
-    let mut surroundings = Surroundings::new(collider, skin, crossings.map(|closest| closest.share).collect());
     let record = |held: Held, enforced: bool, vertices: [u32; 3], touch: &Touch| {
         let contact = touch.contact(skin, part, vertices, pass_s);
         let (goal, now) = touch.goal_and_now();
@@ -157,6 +164,15 @@ pub fn find(
             .iter()
             .map(|(vertex, touch)| record(Held::Corner { vertex: *vertex }, true, [*vertex; 3], touch)),
     );
+}
+
+/// Puts the faces near a part's axis into `faces`, and gives the points of each that are closest to it.
+fn gather(collider: &Collider, skin: &Skin, part: &PartSweep, range: f32, faces: &mut Vec<Face>) -> Vec<ClosestPoints> {
+    collider.near_axis(skin, &part.to, range, faces);
+    let closest = faces
+        .iter()
+        .map(|face| segment_triangle(part.to.a, part.to.b, face.corners));
+    closest.collect()
 }
 
 /// Keeps, of the vertices inside of each pentahedron, the one that is pushed furthest, and all that are nodes.
@@ -303,36 +319,54 @@ struct Surroundings<'a> {
     crossings: Vec<f32>,
     /// Whether a stretch is known to be outside, from before the first crossing to past the last.
     is_outside: Vec<bool>,
-    /// The faces nearest to the ends of the axis: most faces near a short part are nearest to one of these.
-    end_a: Option<Option<Nearest>>,
-    end_b: Option<Option<Nearest>>,
+    axis: Axis,
+    /// The faces nearest to points of the axis from end to end, as far as they have been looked up.
+    nearest: Vec<Option<Option<Nearest>>>,
 }
 
 impl<'a> Surroundings<'a> {
-    fn new(collider: &'a Collider, skin: &'a Skin, mut crossings: Vec<f32>) -> Self {
+    fn new(collider: &'a Collider, skin: &'a Skin, axis: Axis, mut crossings: Vec<f32>) -> Self {
         crossings.sort_unstable_by(f32::total_cmp);
         Self {
             collider,
             skin,
             is_outside: vec![false; crossings.len() + 1],
             crossings,
-            end_a: None,
-            end_b: None,
+            axis,
+            nearest: vec![None; 2 + (axis.a.distance(axis.b) / APART_MM) as usize],
         }
     }
 
-    /// The face nearest to the point of the axis at `share`, if that point is inside the tissue; `Err` if it is too deep
-    /// for any to be near.
-    fn nearest_from_inside(&mut self, share: f32, point: Vec3) -> Result<Option<Nearest>, TooDeep> {
-        let stretch = self.crossings.partition_point(|crossing| *crossing < share);
+    /// Whether all of the axis is known to be outside.
+    fn are_outside(&mut self) -> bool {
+        self.crossings.is_empty()
+            && [0.0, 1.0]
+                .into_iter()
+                .any(|end| matches!(self.nearest_from_inside(end), Ok(None)))
+    }
+
+    /// The face nearest to a point of the axis at or near `share`, if that point is inside the tissue; `Err` if it is too
+    /// deep for any to be near.
+    fn nearest_from_inside(&mut self, share: f32) -> Result<Option<Nearest>, TooDeep> {
+        let stretch_of = |share: f32| self.crossings.partition_point(|crossing| *crossing < share);
+        let stretch = stretch_of(share);
         if self.is_outside[stretch] {
             return Ok(None);
         }
-        let find = || self.collider.nearest_face(self.skin, point);
-        let nearest = match share {
-            0.0 => *self.end_a.get_or_insert_with(find),
-            1.0 => *self.end_b.get_or_insert_with(find),
-            _ => find(),
+        let find = |share: f32| {
+            let nearest = self.collider.nearest_face(self.skin, self.axis.at(share))?;
+            let closest = ClosestPoints {
+                share,
+                ..nearest.closest
+            };
+            Some(Nearest { closest, ..nearest })
+        };
+        let last = (self.nearest.len() - 1) as f32;
+        let number = (share * last).round();
+        let nearest = if stretch_of(number / last) == stretch {
+            *self.nearest[number as usize].get_or_insert_with(|| find(number / last))
+        } else {
+            find(share)
         };
         let nearest = nearest.ok_or(TooDeep)?;
         self.is_outside[stretch] = !nearest.inside;
@@ -390,10 +424,7 @@ fn push(surroundings: &mut Surroundings, part: &PartSweep, face: &Face, closest:
     if distance > DEPTH_LIMIT_MM {
         return None;
     }
-    let Some(nearest) = surroundings
-        .nearest_from_inside(closest.share, closest.on_segment)
-        .ok()?
-    else {
+    let Some(nearest) = surroundings.nearest_from_inside(closest.share).ok()? else {
         return separated();
     };
     // Inside. If the pass began before this face, it was passed on the way: it is pushed ahead of the part.
@@ -402,11 +433,5 @@ fn push(surroundings: &mut Surroundings, part: &PartSweep, face: &Face, closest:
         return inward(face, closest);
     }
     // Otherwise the nearest face is moved past the part.
-    inward(
-        &nearest.face,
-        ClosestPoints {
-            share: closest.share,
-            ..nearest.closest
-        },
-    )
+    inward(&nearest.face, nearest.closest)
 }

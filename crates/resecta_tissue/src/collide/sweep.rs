@@ -75,6 +75,11 @@ impl ToolMotion {
         kind == ToolPartKind::Loop && (self.cutting || self.coagulating)
     }
 
+    /// Whether its loop coagulates what it touches.
+    pub fn coagulates(&self) -> bool {
+        self.coagulating && !self.cutting
+    }
+
     /// Whether a part of that kind pushes: a loop that cuts does not.
     pub fn pushes(&self, kind: ToolPartKind) -> bool {
         kind == ToolPartKind::Sheath || !self.cutting

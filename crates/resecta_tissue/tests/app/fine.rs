@@ -5,7 +5,7 @@ use resecta_tissue::{CuttingRule, PutAsideReason, prelude::*};
 
 use crate::{
     mesh::{assert_closed, mesh, volume},
-    scenes::{app, checked, loop_tool, messages, sheath_tool, small_block},
+    scenes::{app, checked, loop_tool, messages, small_block},
 };
 
 fn settings() -> TissueSettings {
@@ -213,6 +213,37 @@ fn a_spacing_that_cannot_be_is_told_once_and_whole_elements_are_cut() {
             .living_pentahedron_indices()
             .all(|index| solver.fill(index) == 1.0)
     );
+}
+
+#[test]
+fn coagulating_marks_what_the_loop_touches_and_takes_nothing() {
+    let mut theatre = Theatre::new(settings());
+    let mut tool = theatre.app.world_mut().get_mut::<TissueTool>(theatre.tool).unwrap();
+    tool.previous = None;
+    // The loop's deepest point lies on the block's top.
+    tool.pose = Isometry3d::new(
+        Vec3::new(0.1, 0.1, 16.4),
+        Quat::from_rotation_x(std::f32::consts::FRAC_PI_2),
+    );
+    tool.coagulating = true;
+    for _ in 0..5 {
+        theatre.step();
+    }
+    assert!(theatre.resected.is_empty());
+    assert_eq!(theatre.solver().removed_volume_mm3(), 0.0);
+    let tissue = theatre.app.world().get::<Tissue>(theatre.tissue).unwrap();
+    let surface = tissue.field().expect("the scene has a loop").surface();
+    let marked = (0u32..)
+        .zip(surface.coagulation_mm())
+        .filter(|(_, depth)| **depth > 0.0);
+    let places = marked.map(|(vertex, _)| surface.rest_places()[vertex as usize]);
+    let (mut count, touched) = (0, Vec3::new(0.1, 0.1, 12.0));
+    for place in places {
+        count += 1;
+        assert!(place.distance(touched) < 3.0, "{place} is coagulated");
+    }
+    assert!(count > 3, "{count} vertices are coagulated");
+    assert_closed(mesh(&theatre.app, theatre.tissue));
 }
 
 #[test]
