@@ -7,7 +7,7 @@ use crate::field::{Edit, Field};
 use crate::shape::Carrier;
 use crate::sublattice::{LANES, Lanes};
 use crate::tool::{Bounds, Prepared};
-use crate::{FieldError, Tool, volume};
+use crate::{FieldError, Tool, capsule, volume};
 
 /// A pentahedron of which less than this share is kept is emptied: it would move, and cost, as if it were whole.
 ///
@@ -20,7 +20,7 @@ pub const SLIVER_SHARE: f64 = 0.001;
 /// that turns has long gone another way.
 const REACH: f64 = 0.6;
 
-/// What one cut removed, in rest volume, so that squeezed tissue weighs no less.
+/// What one cut removed, as volume and area at rest, so that squeezed tissue weighs no less.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cut {
     /// What every pentahedron lost, mm³; rising pentahedra, those that lost nothing left out.
@@ -29,6 +29,8 @@ pub struct Cut {
     pub removed_mm3: f64,
     /// The part of it that went because too little was left of a pentahedron, mm³.
     pub slivers_mm3: f64,
+    /// Area at rest of the capsule ([`crate::SurfaceKind::Capsule`]) that went, mm²; 0 unless the organ was perforated.
+    pub capsule_mm2: f64,
     /// Pentahedra of which nothing is left since this cut, rising.
     pub emptied: Vec<u32>,
 }
@@ -220,6 +222,7 @@ impl Field {
                 let before = self.kept_mm3(pentahedron);
                 kept.push((pentahedron, before));
                 volume::measure(&self.mesh, &mut self.points, pentahedron, &edit);
+                cut.capsule_mm2 += capsule::measure(&self.mesh, &mut self.points, pentahedron);
                 if slivers {
                     cut.slivers_mm3 += before - self.kept_mm3(pentahedron);
                 }

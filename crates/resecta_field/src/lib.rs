@@ -13,6 +13,7 @@
 //! | what cuts, and steps of a stroke that join without ridges | `tool.rs`, `stroke.rs` |
 //! | how a cut lowers the values | `cut.rs` |
 //! | how volume is counted | `volume.rs` |
+//! | how much of the capsule is left | `capsule.rs` |
 //! | where the surface's vertices lie, and how they are carried | `crossings.rs`, `vertices.rs` |
 //! | how they are joined, also on the rim of a cut | `extract.rs` |
 //! | faces that nothing touched, beside finer ones | `coarse.rs` |
@@ -24,7 +25,8 @@
 //! A step of a stroke, as a caller sees it:
 //!
 //! 1. [`LoopStroke::step_to`] makes a [`Tool`] of the loop's next pose, and [`Field::cut`] takes it away, the nodes being
-//!    where they are. [`Cut`] lists the pentahedra that lost something, what, and those of which nothing is left.
+//!    where they are. [`Cut`] lists the pentahedra that lost something, what, and those of which nothing is left;
+//!    its `capsule_mm2` says that the organ was perforated, and how far.
 //! 2. [`Field::fill`] of those, 0 to 1, is what is left of each for its mass and stiffness; it never rises.
 //! 3. [`Field::loose_pieces`] around them finds what hangs by nothing; [`Field::empty`] takes it away.
 //! 4. [`Field::take_changes`] lists the slots of vertices and triangles to write anew; [`Field::move_vertices`] and
@@ -35,6 +37,7 @@
 //!
 //! Lengths are mm. The same input gives the same bytes: indices alone decide every order.
 
+mod capsule;
 mod changes;
 mod chips;
 mod coagulation;

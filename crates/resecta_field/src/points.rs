@@ -11,7 +11,7 @@ use crate::field::Edit;
 use crate::mesh::Mesh;
 use crate::sublattice::{FACES, Place, face_corners};
 use crate::surface::MOST_FREE;
-use crate::volume;
+use crate::{capsule, volume};
 
 const NONE: u32 = u32::MAX;
 
@@ -29,6 +29,8 @@ pub struct Cell {
     pub prisms_mm3: f64,
     /// Rest volume still there, mm³.
     pub kept_mm3: f64,
+    /// Area at rest of the capsule still there, mm².
+    pub capsule_mm2: f64,
 }
 
 /// Values that an edit lowers.
@@ -163,6 +165,7 @@ impl Points {
             points,
             removed_mm3: vec![0.0; mesh.sub(pentahedron).prisms.len()].into(),
             kept_mm3: mesh.rest_volumes[pentahedron as usize],
+            capsule_mm2: capsule::rest_mm2(mesh, pentahedron),
         };
         self.cell_of[pentahedron as usize] = match self.free_cells.pop() {
             Some(index) => {
@@ -213,6 +216,7 @@ impl Points {
             removed_mm3: Box::default(),
             prisms_mm3: 1.0,
             kept_mm3: 0.0,
+            capsule_mm2: 0.0,
         };
         self.cells[index] = empty;
         self.free_cells.push(index as u32);
