@@ -14,6 +14,7 @@
 //! | references, conditioning, rows | `conditions.rs`, `measure.rs` |
 //! | what the product says of its own error, and reaches an aim with | `aims.rs` |
 //! | who wins, the rule for a choice | `choice.rs`, `rule.rs` |
+//! | cuts: scenes, errors, costs | `cuts/` |
 //! | the pages | `report/` |
 //!
 //! Units are mm, g and s throughout, so force is in µN and stiffness in µN/mm.
@@ -22,6 +23,7 @@ pub mod aims;
 pub mod choice;
 pub mod conditions;
 pub mod conjugate;
+pub mod cuts;
 pub mod implicit;
 pub mod lattice;
 pub mod measure;
