@@ -2,7 +2,8 @@
 //!
 //! Every method runs in double precision on one force kernel ([`system::System::forces`]); the implicit ones share one
 //! product with the stiffness ([`stiffness::Stiffness::product`]). The product's own solver runs beside them.
-//! [`write_report`] measures all regimes and writes charts, tables and raw numbers.
+//! [`write_report`] measures all regimes and writes charts, tables and raw numbers. Beside them stand cuts finer than the
+//! elements, against exact solids: [`write_cuts`].
 //!
 //! | to find | look in |
 //! |---|---|
@@ -36,4 +37,6 @@ pub mod spectrum;
 pub mod stiffness;
 pub mod system;
 
-pub use report::{Advice, Measured, Progress, ReportError, Summary, write_report, write_report_of};
+pub use report::{
+    Advice, Cuts, Measured, Progress, ReportError, Summary, write_cuts, write_cuts_of, write_report, write_report_of,
+};

@@ -1,8 +1,13 @@
-//! Laws: what a cut takes and where its wall lies, against exact solids.
+//! Laws: what a cut takes and where its wall lies, against exact solids; and the report on it.
 
-use resecta_methods::cuts::{
-    errors::{Errors, of_field, of_whole_elements, order},
-    solids::Solid,
+use std::fs;
+
+use resecta_methods::{
+    cuts::{
+        errors::{Errors, of_field, of_whole_elements, order},
+        solids::Solid,
+    },
+    write_cuts_of,
 };
 
 #[test]
@@ -52,4 +57,29 @@ fn the_order_is_that_of_a_power() {
     }
     assert_eq!(order([(0.5, 1.0)].into_iter()), None);
     assert_eq!(order([(0.5, 0.0), (1.0, 0.0)].into_iter()), None);
+}
+
+#[test]
+fn the_report_on_cuts_is_whole() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let mut begun = Vec::new();
+    let cuts = write_cuts_of(&[1.0, 0.5], folder.path(), |now| begun.push(now.method)).expect("a report");
+    assert_eq!(begun, ["sphere", "half cylinder", "loop stroke", "gland", "gland"]);
+    assert_eq!((cuts.errors.len(), cuts.whole.len(), cuts.glands.len()), (12, 6, 2));
+    for gland in &cuts.glands {
+        assert_eq!(gland.nodes, 10_800);
+        assert!(gland.imbalance() < 1e-9 && gland.most_mb < 128.0, "{gland:?}");
+        assert!(gland.chips_mm3 > 0.0 && gland.heat_mm3 > 0.0, "{gland:?}");
+        assert!(gland.kept_mm3 < 0.5 * gland.initial_mm3, "{gland:?}");
+    }
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).expect("a file of the report");
+    let page = read("cuts.md");
+    for chart in ["cuts_volume.svg", "cuts_distance.svg", "cuts_time.svg"] {
+        assert!(
+            page.contains(chart) && read(chart).contains("</svg>"),
+            "{chart} is missing"
+        );
+    }
+    assert!(!page.contains("NaN") && !page.contains("inf"), "a number is not finite");
+    assert!(write_cuts_of(&[-1.0], folder.path(), |_| ()).is_err());
 }

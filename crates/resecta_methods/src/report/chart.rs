@@ -1,16 +1,15 @@
-//! A work-precision chart of a regime: CPU time against error, both logarithmic.
+//! Charts: series of points between two logarithmic axes.
 
 use std::{ops::Range, path::Path};
 
 use plotters::prelude::*;
 
-use super::{Measured, ReportError};
-use crate::measure::Row;
+use super::ReportError;
 
 /// Width and height, px.
 const SIZE: (u32, u32) = (1000, 640);
 
-/// One colour a method, in the order in which methods first appear in the rows; told apart also by the mark.
+/// One colour a series; told apart also by the mark.
 const COLOURS: [RGBColor; 12] = [
     RGBColor(31, 119, 180),
     RGBColor(140, 180, 220),
@@ -26,107 +25,104 @@ const COLOURS: [RGBColor; 12] = [
     RGBColor(0, 0, 0),
 ];
 
-/// Draws the rows of the first time of a regime that arrived.
-pub fn draw(path: &Path, measured: &Measured, rows: &[Row]) -> Result<(), ReportError> {
-    try_draw(path, measured, rows).map_err(|error| ReportError::Chart {
-        path: path.to_path_buf(),
-        problem: error.to_string(),
-    })
+/// A chart to be drawn.
+pub struct Chart {
+    /// Above it.
+    pub caption: String,
+    /// What the axes are of.
+    pub axes: [&'static str; 2],
+    /// What the first axis is marked with, from end to end; where empty, with powers of ten.
+    pub marks: Vec<f64>,
+    /// Lines through points, with names beside the chart.
+    pub series: Vec<Series>,
 }
 
-fn try_draw(path: &Path, measured: &Measured, rows: &[Row]) -> Result<(), Box<dyn std::error::Error>> {
-    let regime = &measured.regime;
-    let mut methods: Vec<&'static str> = Vec::new();
-    for row in rows {
-        if !methods.contains(&row.method) {
-            methods.push(row.method);
-        }
-    }
-    let points = |method: &str| -> Vec<(f64, f64)> {
-        let of_method =
-            |row: &&Row| row.regime == regime.key && row.time_s == regime.times_s[0] && row.method == method;
-        let mut points: Vec<(f64, f64, f64)> = rows
-            .iter()
-            .filter(of_method)
-            .filter_map(|row| row.rms_mm.map(|rms| (row.step_s, rms, row.cpu_s)))
-            .filter(|(_, rms, cpu_s)| *rms > 0.0 && *cpu_s > 0.0)
-            .collect();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        points.into_iter().map(|(_, rms, cpu_s)| (rms, cpu_s)).collect()
-    };
-    let all: Vec<(f64, f64)> = methods.iter().flat_map(|method| points(method)).collect();
-    let (errors, times) = (
-        decades(all.iter().map(|point| point.0)),
-        decades(all.iter().map(|point| point.1)),
-    );
+/// Joined points with a name. One without points keeps its colour, and is not drawn.
+pub struct Series {
+    /// For the list beside the chart.
+    pub name: String,
+    /// Places on the two axes, all above 0.
+    pub points: Vec<(f64, f64)>,
+}
 
-    let area = SVGBackend::new(path, SIZE).into_drawing_area();
-    area.fill(&WHITE)?;
-    let mut chart = ChartBuilder::on(&area)
-        .caption(
-            format!("{}: {}, {} s of motion", regime.key, regime.title, regime.times_s[0]),
-            ("sans-serif", 20),
-        )
-        .margin(14)
-        .margin_right(230)
-        .x_label_area_size(56)
-        .y_label_area_size(76)
-        .build_cartesian_2d(errors.clone().log_scale(), times.clone().log_scale())?;
-    chart
-        .configure_mesh()
-        .x_desc("error, mm (RMS over the nodes)")
-        .y_desc("CPU time, s")
-        .x_label_formatter(&power)
-        .y_label_formatter(&power)
-        .x_labels(14)
-        .y_labels(10)
-        .light_line_style(RGBColor(238, 238, 238))
-        .bold_line_style(RGBColor(210, 210, 210))
-        .axis_desc_style(("sans-serif", 16))
-        .label_style(("sans-serif", 14))
-        .draw()?;
-    let right = area.get_pixel_range().0.end - 218;
-    let mut entry = 60;
-    for (place, method) in methods.iter().enumerate() {
-        let points = points(method);
-        if points.is_empty() {
-            continue;
-        }
-        let colour = COLOURS[place % COLOURS.len()];
-        let width = if colour == BLACK { 3 } else { 2 };
-        chart.draw_series(LineSeries::new(points.iter().copied(), colour.stroke_width(width)))?;
-        let hollow = place % 2 == 1;
-        let mark = move |centre| {
-            Circle::new(
-                centre,
-                4,
-                if hollow {
-                    colour.stroke_width(2)
-                } else {
-                    colour.filled()
-                },
-            )
+impl Chart {
+    /// Draws it as SVG.
+    pub fn draw(&self, path: &Path) -> Result<(), ReportError> {
+        self.try_draw(path).map_err(|error| ReportError::Chart {
+            path: path.to_path_buf(),
+            problem: error.to_string(),
+        })
+    }
+
+    fn try_draw(&self, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+        let all = || self.series.iter().flat_map(|series| &series.points);
+        let across = match &self.marks[..] {
+            [] => decades(all().map(|point| point.0)),
+            marks => beyond(marks),
         };
-        chart.draw_series(points.iter().map(|point| mark(*point)))?;
-        area.draw(&PathElement::new(
-            [(right, entry), (right + 30, entry)],
-            colour.stroke_width(width),
-        ))?;
-        let centre = (right + 15, entry);
-        area.draw(&Circle::new(
-            centre,
-            4,
-            if hollow {
+        let up = decades(all().map(|point| point.1));
+        let area = SVGBackend::new(path, SIZE).into_drawing_area();
+        area.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(&area)
+            .caption(&self.caption, ("sans-serif", 20))
+            .margin(14)
+            .margin_right(230)
+            .x_label_area_size(56)
+            .y_label_area_size(76)
+            .build_cartesian_2d(across.log_scale(), up.clone().log_scale())?;
+        chart
+            .configure_mesh()
+            .x_desc(self.axes[0])
+            .y_desc(self.axes[1])
+            .x_label_formatter(&|value| {
+                if self.marks.is_empty() {
+                    power(value)
+                } else {
+                    String::new()
+                }
+            })
+            .y_label_formatter(&power)
+            .x_labels(14)
+            .y_labels(10)
+            .light_line_style(RGBColor(238, 238, 238))
+            .bold_line_style(RGBColor(210, 210, 210))
+            .axis_desc_style(("sans-serif", 16))
+            .label_style(("sans-serif", 14))
+            .draw()?;
+        for &mark in &self.marks {
+            let (x, y) = chart.backend_coord(&(mark, up.start));
+            area.draw(&PathElement::new([(x, y), (x, y + 5)], BLACK))?;
+            let text = mark.to_string();
+            // About half of its width.
+            let left = x - 3 * text.len() as i32;
+            area.draw(&Text::new(text, (left, y + 9), ("sans-serif", 14)))?;
+        }
+        let right = area.get_pixel_range().0.end - 218;
+        let mut entry = 60;
+        for (place, Series { name, points }) in self.series.iter().enumerate() {
+            if points.is_empty() {
+                continue;
+            }
+            let colour = COLOURS[place % COLOURS.len()];
+            let width = if colour == BLACK { 3 } else { 2 };
+            chart.draw_series(LineSeries::new(points.iter().copied(), colour.stroke_width(width)))?;
+            let mark = if place % 2 == 1 {
                 colour.stroke_width(2)
             } else {
                 colour.filled()
-            },
-        ))?;
-        area.draw(&Text::new(*method, (right + 38, entry - 8), ("sans-serif", 15)))?;
-        entry += 24;
+            };
+            chart.draw_series(points.iter().map(|&point| Circle::new(point, 4, mark)))?;
+            area.draw(&PathElement::new(
+                [(right, entry), (right + 30, entry)],
+                colour.stroke_width(width),
+            ))?;
+            area.draw(&Circle::new((right + 15, entry), 4, mark))?;
+            area.draw(&Text::new(name.as_str(), (right + 38, entry - 8), ("sans-serif", 15)))?;
+            entry += 24;
+        }
+        area.present()?;
+        Ok(())
     }
-    area.present()?;
-    Ok(())
 }
 
 /// The decades around some values above 0; one decade around 1 without any.
@@ -139,6 +135,13 @@ fn decades(values: impl Iterator<Item = f64>) -> Range<f64> {
     }
     let (from, to) = (least.log10().floor(), most.log10().ceil());
     10_f64.powf(from)..10_f64.powf(to.max(from + 1.0))
+}
+
+/// A little further than some values above 0.
+fn beyond(values: &[f64]) -> Range<f64> {
+    let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = values.iter().copied().fold(0.0, f64::max);
+    least / 1.1..most * 1.1
 }
 
 /// A label of a decade: `1e-3`.

@@ -1,8 +1,12 @@
-//! The report: measures every regime and writes `index.md`, `rows.md`, a chart a regime and `results.json`.
+//! The report: measures every regime and writes `index.md`, `rows.md`, a chart a regime and `results.json`; and of cuts
+//! `cuts.md` and its charts.
 
 mod aims;
 mod chart;
+mod cuts;
+mod cuts_page;
 mod page;
+mod precision;
 mod summary;
 mod tables;
 mod verdicts;
@@ -12,11 +16,14 @@ use std::{
     path::{Path, PathBuf},
 };
 
+pub use cuts::{Cuts, write_cuts, write_cuts_of};
+use precision::precision;
 pub use summary::{Advice, Measured, Summary};
 
 use crate::{
     aims::{self as own, Aimed, Watched},
     conditions::reference,
+    cuts::CutError,
     measure::{Row, run, run_product},
     method::{Choice, StepError},
     regimes::{self, Regime},
@@ -28,13 +35,13 @@ const FRAME_S: f64 = 1.0 / 60.0;
 /// How far the report is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
-    /// Regimes done.
+    /// Regimes or cuts done.
     pub done: usize,
-    /// Regimes there are.
+    /// How many there are.
     pub of: usize,
-    /// Key of the regime that begins.
+    /// Key of the regime that begins, or `cuts`.
     pub regime: &'static str,
-    /// The method that begins there; at first its reference.
+    /// The method that begins there, at first its reference; or what is cut.
     pub method: &'static str,
 }
 
@@ -65,6 +72,9 @@ pub enum ReportError {
         /// What the drawing says.
         problem: String,
     },
+    /// A scene could not be cut.
+    #[error(transparent)]
+    Cut(#[from] CutError),
     /// The raw results could not be written as JSON.
     #[error("cannot write the results as JSON: {0}")]
     Json(#[from] serde_json::Error),
@@ -112,10 +122,7 @@ pub fn write_report_of(
     out: &Path,
     mut progress: impl FnMut(Progress),
 ) -> Result<Summary, ReportError> {
-    fs::create_dir_all(out).map_err(|source| ReportError::Write {
-        path: out.to_path_buf(),
-        source,
-    })?;
+    make_folder(out)?;
     let (mut measured, mut rows) = (Vec::new(), Vec::new());
     let mut told: (Vec<Watched>, Vec<Aimed>) = Default::default();
     for (done, regime) in regimes.iter().enumerate() {
@@ -131,20 +138,29 @@ pub fn write_report_of(
     }
     let summary = summary::summarise(measured, rows, told);
     for measured in &summary.regimes {
-        chart::draw(
-            &out.join(format!("{}.svg", measured.regime.key)),
-            measured,
-            &summary.rows,
-        )?;
+        precision(measured, &summary.rows).draw(&out.join(format!("{}.svg", measured.regime.key)))?;
     }
-    let write = |name: &str, text: String| {
-        let path = out.join(name);
-        fs::write(&path, text).map_err(|source| ReportError::Write { path, source })
-    };
-    write("index.md", page::page(&summary))?;
-    write("rows.md", tables::rows(&summary))?;
-    write("results.json", serde_json::to_string_pretty(&summary)? + "\n")?;
+    write(&out.join("index.md"), page::page(&summary))?;
+    write(&out.join("rows.md"), tables::rows(&summary))?;
+    write(
+        &out.join("results.json"),
+        serde_json::to_string_pretty(&summary)? + "\n",
+    )?;
     Ok(summary)
+}
+
+fn make_folder(path: &Path) -> Result<(), ReportError> {
+    fs::create_dir_all(path).map_err(|source| ReportError::Write {
+        path: path.to_path_buf(),
+        source,
+    })
+}
+
+fn write(path: &Path, text: String) -> Result<(), ReportError> {
+    fs::write(path, text).map_err(|source| ReportError::Write {
+        path: path.to_path_buf(),
+        source,
+    })
 }
 
 fn measure(

@@ -30,6 +30,8 @@ the thread that steps, setting the method up included (of the product stepping a
 All rows are in [rows.md](rows.md), raw in [results.json](results.json). To repeat:
 `cargo run --release -- accuracy`.
 
+How exactly tissue is cut stands in [cuts.md](cuts.md).
+
 ";
 
 /// The whole page.
