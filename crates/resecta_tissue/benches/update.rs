@@ -178,7 +178,10 @@ impl<'a> Theatre<'a> {
             ..default()
         };
         let settings = match act {
-            Act::Stroke => TissueSettings::default(),
+            Act::Stroke => TissueSettings {
+                detail: CutDetail::Field { spacing_mm: 0.5 },
+                ..default()
+            },
             _ => settings,
         };
         app.world_mut().spawn((Tissue::new(tube.clone()), settings));

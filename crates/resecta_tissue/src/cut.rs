@@ -172,7 +172,7 @@ impl Cut<'_> {
                     .found()
                     .iter()
                     .filter(|found| found.tool == index && found.kind == ToolPartKind::Loop && found.touches());
-                let nodes = touched.flat_map(|found| found.contact.point.parts().map(|(node, _)| node));
+                let nodes = touched.flat_map(|found| solver.pentahedron_nodes(found.pentahedron));
                 let nodes = nodes.chain(swept.iter().flat_map(|&index| solver.pentahedron_nodes(index)));
                 let Some(node) = nearest_node(solver, deepest, nodes) else {
                     return Ok(Resection::default());
@@ -210,7 +210,11 @@ impl Cut<'_> {
     }
 
     fn thin(&mut self, taken: &Taken) -> Resection {
-        self.tissue.solver.thin(&taken.left, self.settings.collapse)
+        Resection {
+            // The solver knows of whole pentahedra only.
+            capsule_area_mm2: taken.capsule_mm2,
+            ..self.tissue.solver.thin(&taken.left, self.settings.collapse)
+        }
     }
 
     /// Lets the entities of what went follow, and tells.

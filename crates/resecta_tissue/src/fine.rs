@@ -43,6 +43,8 @@ struct ChipUnderWay {
 pub(crate) struct Taken {
     /// Share of its rest volume that each pentahedron which lost something has left.
     pub left: Vec<(u32, f64)>,
+    /// Area of the capsule that went, mm² at rest.
+    pub capsule_mm2: f64,
 }
 
 impl Fine {
@@ -177,8 +179,12 @@ impl Fine {
         }
         let cut = cut(&mut self.field, &self.nodes)?;
         let mut reached: Vec<u32> = cut.removed.iter().map(|(pentahedron, _)| *pentahedron).collect();
+        let mut capsule_mm2 = cut.capsule_mm2;
         if reached.is_empty() {
-            return Ok(Taken { left: Vec::new() });
+            return Ok(Taken {
+                left: Vec::new(),
+                capsule_mm2,
+            });
         }
         let is_held = |pentahedron: u32| solver.capsule_area_mm2(pentahedron) > 0.0;
         let most = LARGEST_PIECE_MM3.min(0.5 * self.field.volume_mm3());
@@ -186,6 +192,7 @@ impl Fine {
         let loose: Vec<u32> = pieces.into_iter().flat_map(|piece| piece.pentahedra).collect();
         if !loose.is_empty() {
             let freed = self.field.empty(&loose)?;
+            capsule_mm2 += freed.capsule_mm2;
             reached.extend(freed.removed.iter().map(|(pentahedron, _)| *pentahedron));
             reached.sort_unstable();
             reached.dedup();
@@ -197,6 +204,7 @@ impl Fine {
         let left = |pentahedron: u32| (pentahedron, self.field.fill(pentahedron));
         Ok(Taken {
             left: reached.into_iter().map(left).collect(),
+            capsule_mm2,
         })
     }
 

@@ -46,21 +46,17 @@ impl Default for TissueSettings {
 }
 
 /// How finely a tissue is cut. Read when the app has both the tissue and a tool with a loop; after that it stays.
-#[derive(Reflect, Debug, Clone, Copy, PartialEq)]
+#[derive(Reflect, Debug, Clone, Copy, PartialEq, Default)]
 pub enum CutDetail {
     /// Whole pentahedra go, as in the papers.
+    #[default]
     Elements,
     /// A boundary inside the pentahedra: what the loop sweeps goes, and what is left of a pentahedron weighs and pulls less.
+    /// Tools find contacts among many more triangles: a scene in which they lie in what was cut costs several times as much.
     Field {
         /// Longest distance between its points at rest, mm; above 0 and at least a 32nd of the longest edge.
         spacing_mm: f32,
     },
-}
-
-impl Default for CutDetail {
-    fn default() -> Self {
-        Self::Field { spacing_mm: 0.5 }
-    }
 }
 
 /// What a cutting loop takes away when it touches.

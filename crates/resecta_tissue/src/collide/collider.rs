@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use parry3d::{
     bounding_volume::{Aabb, BoundingVolume},
-    partitioning::{Bvh, BvhWorkspace},
+    partitioning::{Bvh, BvhWorkspace, TraversalAction},
 };
 use resecta_solver::Followed;
 
@@ -206,19 +206,29 @@ impl Collider {
 
     /// Puts the faces that may lie within `range` of an axis into `found`, by ascending slot.
     pub fn near_axis(&self, skin: &Skin, axis: &Axis, range: f32, found: &mut Vec<Face>) {
-        let near = |mins: Vec3, maxs: Vec3| {
-            let (centre, half) = (0.5 * (mins + maxs), 0.5 * (maxs - mins));
-            // The distance from the axis to the box is at least that to its centre less half its diagonal.
-            let reach = range + half.length();
-            axis.at(axis.share_nearest(centre)).distance_squared(centre) <= reach * reach
-        };
         found.clear();
-        let patches = self.bvh.leaves(|node| near(node.mins(), node.maxs()));
+        let patches = self
+            .bvh
+            .leaves(|node| stretch_near(axis, range, node.mins(), node.maxs()).is_some());
         found.extend(patches.flat_map(|patch| self.faces(skin, patch)).filter(|face| {
             let bounds = bounds(&face.corners);
-            near(bounds.mins, bounds.maxs)
+            stretch_near(axis, range, bounds.mins, bounds.maxs).is_some()
         }));
         found.sort_unstable_by_key(|face| face.slot);
+    }
+
+    /// Calls back with every stretch of an axis (shares, from and to) near which faces may lie within `range`.
+    pub fn stretches_near(&self, axis: &Axis, range: f32, mut found: impl FnMut(f32, f32)) {
+        self.bvh
+            .traverse(|node| match stretch_near(axis, range, node.mins(), node.maxs()) {
+                None => TraversalAction::Prune,
+                Some((from, to)) => {
+                    if node.is_leaf() {
+                        found(from, to);
+                    }
+                    TraversalAction::Continue
+                }
+            });
     }
 
     /// Whether a point lies inside the tissue, and the face that is nearest to it; none if no face is within the depth
@@ -279,6 +289,19 @@ impl Collider {
     }
 }
 
+/// The stretch of an axis, as shares, beyond which no point of a box is within `range`; none if none is anywhere.
+fn stretch_near(axis: &Axis, range: f32, mins: Vec3, maxs: Vec3) -> Option<(f32, f32)> {
+    let (centre, half) = (0.5 * (mins + maxs), 0.5 * (maxs - mins));
+    // The distance from the axis to the box is at least that to its centre less half its diagonal.
+    let reach = range + half.length();
+    let share = axis.share_nearest(centre);
+    if axis.at(share).distance_squared(centre) > reach * reach {
+        return None;
+    }
+    let along = reach / axis.a.distance(axis.b).max(f32::MIN_POSITIVE);
+    Some(((share - along).max(0.0), (share + along).min(1.0)))
+}
+
 /// The face nearest to a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Nearest {
@@ -328,7 +351,7 @@ mod tests {
 
     fn contacts(collider: &Collider, skin: &Skin, part: &PartSweep) -> String {
         let (mut faces, mut found) = (Vec::new(), Vec::new());
-        contacts::find(collider, skin, part, (0, 0), 1.0 / 60.0, &mut faces, &mut found);
+        contacts::find(collider, skin, part, (0, 0), true, 1.0 / 60.0, &mut faces, &mut found);
         format!("{found:?}")
     }
 

@@ -60,12 +60,13 @@ pub struct Found {
     /// The pentahedron that carries the face, and what the face is.
     pub pentahedron: u32,
     pub surface: NodeKind,
-    /// Whether the solver is to enforce it; a face whose corners are held is only told.
-    pub enforced: bool,
     pub point: Vec3,
+    /// Unit direction in which tissue gives way.
+    pub normal: Vec3,
     /// How far the part would reach past the point, mm; negative where it only comes near.
     pub depth: f32,
-    pub contact: Contact,
+    /// What the solver is to enforce; a face whose corners are held is only told.
+    pub contact: Option<Contact>,
 }
 
 impl Found {
@@ -76,20 +77,25 @@ impl Found {
 }
 
 /// Puts the contacts of one part during one pass at the end of `found`: faces by ascending slot, at most one each, then
-/// corners by ascending vertex, since later contacts win. Of the corners that a pentahedron carries inside it the deepest is
+/// corners by ascending vertex, since later contacts win; of a part that does not push only faces. Of the corners that a pentahedron carries inside it the deepest is
 /// enough: it moves as one.
 pub fn find(
     collider: &Collider,
     skin: &Skin,
     part: &PartSweep,
     (tool, part_index): (u32, u32),
+    pushes: bool,
     pass_s: f32,
     faces: &mut Vec<Face>,
     found: &mut Vec<Found>,
 ) {
     let motion = part.from.motion(&part.to);
     let near = part.radius + MARGIN_MM;
-    let mut closest = gather(collider, skin, part, near + motion, faces);
+    collider.near_axis(skin, &part.to, near + motion, faces);
+    let closest = faces
+        .iter()
+        .map(|face| segment_triangle(part.to.a, part.to.b, face.corners));
+    let closest: Vec<ClosestPoints> = closest.collect();
     let crossings = closest.iter().filter(|closest| passes_through(closest));
     let mut surroundings = Surroundings::new(
         collider,
@@ -97,14 +103,10 @@ pub fn find(
         part.to,
         crossings.map(|closest| closest.share).collect(),
     );
-    // Faces further away matter to an axis inside the tissue only.
-    if near < DEPTH_LIMIT_MM && !surroundings.are_outside() {
-        closest = gather(collider, skin, part, DEPTH_LIMIT_MM + motion, faces);
-    }
     let first = found.len();
     let mut corners: Vec<(u32, Touch)> = Vec::new();
     let record = |held: Held, enforced: bool, vertices: [u32; 3], touch: &Touch| {
-        let contact = touch.contact(skin, part, vertices, pass_s);
+        let contact = enforced.then(|| touch.contact(skin, part, vertices, pass_s));
         let (goal, now) = touch.goal_and_now();
         let (pentahedron, surface) = match held {
             Held::Face { slot } => (
@@ -120,8 +122,8 @@ pub fn find(
             held,
             pentahedron,
             surface,
-            enforced,
             point: touch.closest.on_triangle,
+            normal: touch.normal,
             depth: goal - now,
             contact,
         }
@@ -131,7 +133,7 @@ pub fn find(
             continue;
         };
         let mut covered = false;
-        if push.outside {
+        if push.outside && pushes {
             let near = corners_near(part, face);
             let at_corner = push.touch.closest.weights.iter().any(|weight| *weight > CORNER_WEIGHT);
             covered = at_corner || near.iter().all(Option::is_some) && dip(part.radius, face) < DIP_MM;
@@ -140,10 +142,17 @@ pub fn find(
         }
         found.push(record(
             Held::Face { slot: push.face.slot },
-            !covered,
+            pushes && !covered,
             push.face.vertices,
             &push.touch,
         ));
+    }
+    for nearest in surroundings.nearest_from_within() {
+        let push = Push::inward(part, &nearest.face, nearest.closest);
+        let held = Held::Face {
+            slot: nearest.face.slot,
+        };
+        found.push(record(held, pushes, nearest.face.vertices, &push.touch));
     }
     // Several faces may lead to the same nearest face: the deepest stays.
     found[first..].sort_by(|a, b| a.held.cmp(&b.held).then(b.depth.total_cmp(&a.depth)));
@@ -164,15 +173,6 @@ pub fn find(
             .iter()
             .map(|(vertex, touch)| record(Held::Corner { vertex: *vertex }, true, [*vertex; 3], touch)),
     );
-}
-
-/// Puts the faces near a part's axis into `faces`, and gives the points of each that are closest to it.
-fn gather(collider: &Collider, skin: &Skin, part: &PartSweep, range: f32, faces: &mut Vec<Face>) -> Vec<ClosestPoints> {
-    collider.near_axis(skin, &part.to, range, faces);
-    let closest = faces
-        .iter()
-        .map(|face| segment_triangle(part.to.a, part.to.b, face.corners));
-    closest.collect()
 }
 
 /// Keeps, of the vertices inside of each pentahedron, the one that is pushed furthest, and all that are nodes.
@@ -337,12 +337,33 @@ impl<'a> Surroundings<'a> {
         }
     }
 
-    /// Whether all of the axis is known to be outside.
+    /// Whether all of the axis is known to be outside. Asked of its ends first: they are the furthest from what it touches.
     fn are_outside(&mut self) -> bool {
         self.crossings.is_empty()
             && [0.0, 1.0]
                 .into_iter()
                 .any(|end| matches!(self.nearest_from_inside(end), Ok(None)))
+    }
+
+    /// The faces nearest to points of the axis that are inside the tissue: they are moved past the part.
+    fn nearest_from_within(&mut self) -> Vec<Nearest> {
+        let last = self.nearest.len() - 1;
+        let mut is_near = vec![false; last + 1];
+        self.collider.stretches_near(&self.axis, DEPTH_LIMIT_MM, |from, to| {
+            let numbers = (from * last as f32).ceil() as usize..=(to * last as f32) as usize;
+            if let Some(numbers) = is_near.get_mut(numbers) {
+                numbers.fill(true);
+            }
+        });
+        if !is_near.contains(&true) || self.are_outside() {
+            return Vec::new();
+        }
+        let shares = (0..=last)
+            .filter(|&number| is_near[number])
+            .map(|number| number as f32 / last as f32);
+        shares
+            .filter_map(|share| self.nearest_from_inside(share).ok()?)
+            .collect()
     }
 
     /// The face nearest to a point of the axis at or near `share`, if that point is inside the tissue; `Err` if it is too
@@ -385,7 +406,23 @@ struct Push {
     outside: bool,
 }
 
-/// Which face the part pushes on account of a face near it, from where, and in which direction.
+impl Push {
+    /// Tissue goes inward, behind the part.
+    fn inward(part: &PartSweep, face: &Face, closest: ClosestPoints) -> Push {
+        let touch = Touch {
+            closest,
+            normal: -face.normal(),
+            reach: part.radius,
+        };
+        Push {
+            face: *face,
+            touch,
+            outside: false,
+        }
+    }
+}
+
+/// How the part pushes a face near it: from where, and in which direction.
 fn push(surroundings: &mut Surroundings, part: &PartSweep, face: &Face, closest: ClosestPoints) -> Option<Push> {
     let outward = face.normal();
     if outward == Vec3::ZERO {
@@ -393,18 +430,6 @@ fn push(surroundings: &mut Surroundings, part: &PartSweep, face: &Face, closest:
     }
     let distance = closest.distance();
     let side = outward.dot(closest.on_segment - closest.on_triangle);
-    let inward = |face: &Face, closest| {
-        let touch = Touch {
-            closest,
-            normal: -face.normal(),
-            reach: part.radius,
-        };
-        Some(Push {
-            face: *face,
-            touch,
-            outside: false,
-        })
-    };
     let separated = || {
         let near = distance <= part.radius + MARGIN_MM;
         near.then(|| Push {
@@ -415,23 +440,17 @@ fn push(surroundings: &mut Surroundings, part: &PartSweep, face: &Face, closest:
     };
     if passes_through(&closest) {
         // The axis passes through the face: tissue goes inward, out of its way.
-        return inward(face, closest);
+        return Some(Push::inward(part, face, closest));
     }
     if side >= 0.0 {
         return separated();
     }
     // The axis is behind the face's plane: it is inside the tissue, or outside beyond an edge of the face.
-    if distance > DEPTH_LIMIT_MM {
-        return None;
-    }
-    let Some(nearest) = surroundings.nearest_from_inside(closest.share).ok()? else {
+    if surroundings.nearest_from_inside(closest.share).ok()?.is_none() {
         return separated();
-    };
+    }
     // Inside. If the pass began before this face, it was passed on the way: it is pushed ahead of the part.
     let before = segment_triangle(part.from.a, part.from.b, face.corners);
-    if outward.dot(before.on_segment - before.on_triangle) >= 0.0 {
-        return inward(face, closest);
-    }
-    // Otherwise the nearest face is moved past the part.
-    inward(&nearest.face, nearest.closest)
+    // Otherwise it may be the nearest to some point of the axis, and is moved past the part on that account.
+    (outward.dot(before.on_segment - before.on_triangle) >= 0.0).then(|| Push::inward(part, face, closest))
 }

@@ -94,7 +94,7 @@ pub(crate) fn collide(
                     part: found.kind,
                     pentahedron: found.pentahedron,
                     point: found.point,
-                    normal: found.contact.normal,
+                    normal: found.normal,
                     depth_mm: found.depth.max(0.0),
                     kind: found.surface,
                     current: tool.current(found.kind),
@@ -147,8 +147,7 @@ pub(crate) fn integrate(
                         found.clear();
                         find_contacts(&collider, &skin, &tools, (pass, passes), pass_s, true, &mut found);
                     }
-                    let pushes = |found: &&Found| found.enforced && tools[found.tool as usize].pushes(found.kind);
-                    contacts.extend(found.iter().filter(pushes).map(|found| found.contact));
+                    contacts.extend(found.iter().filter_map(|found| found.contact));
                     collider.put_found(found);
                 }
                 let pass_s = time.delta_secs_f64() / f64::from(passes);
@@ -211,6 +210,7 @@ fn find_contacts(
                     skin,
                     &part,
                     (tool_index, part_index),
+                    tool.pushes(part.kind),
                     pass_s,
                     &mut faces,
                     found,

@@ -10,7 +10,7 @@ use crate::{
 
 fn settings() -> TissueSettings {
     TissueSettings {
-        detail: CutDetail::default(),
+        detail: CutDetail::Field { spacing_mm: 0.5 },
         collapse: None,
         ..checked()
     }
@@ -213,6 +213,32 @@ fn a_spacing_that_cannot_be_is_told_once_and_whole_elements_are_cut() {
             .living_pentahedron_indices()
             .all(|index| solver.fill(index) == 1.0)
     );
+}
+
+#[test]
+fn a_hole_in_the_capsule_is_told_by_its_area() {
+    // The block stands on its capsule; a loop is put through its bottom.
+    let mut theatre = Theatre::new(settings());
+    let through = |y: f32| {
+        Isometry3d::new(
+            Vec3::new(0.1, y, 3.0),
+            Quat::from_rotation_x(std::f32::consts::FRAC_PI_2),
+        )
+    };
+    for step in 0..12 {
+        let mut tool = theatre.app.world_mut().get_mut::<TissueTool>(theatre.tool).unwrap();
+        if step == 0 {
+            tool.previous = None;
+        }
+        tool.cutting = true;
+        tool.pose = through(4.0 - 50.0 / 60.0 * step as f32);
+        theatre.step();
+    }
+    let told: f64 = theatre.resected.iter().map(|resected| resected.capsule_area_mm2).sum();
+    // The loop's width 3 mm below its open side, over the way that it went.
+    let width = 6.5 * (1.0f64 - (3.0f64 / 4.5).powi(2)).sqrt();
+    let exact = width * 11.0 * 50.0 / 60.0;
+    assert!((told / exact - 1.0).abs() < 0.03, "{told} against {exact} mm²");
 }
 
 #[test]
