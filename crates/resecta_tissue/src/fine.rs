@@ -23,6 +23,8 @@ pub(crate) struct Fine {
     normals: Vec<Vec3>,
     /// The version of motion and of the surface that these are of.
     followed: Option<(u64, u64)>,
+    /// The version of the surface when each vertex was last put elsewhere in its pentahedron.
+    changed_at: Vec<u64>,
     strokes: Vec<Stroke>,
     /// Whether a chip is under way, and whether the present step has added to it.
     chip: Option<ChipUnderWay>,
@@ -86,6 +88,7 @@ impl Fine {
             places: Vec::new(),
             normals: Vec::new(),
             followed: None,
+            changed_at: Vec::new(),
             strokes: Vec::new(),
             chip: None,
         })
@@ -108,6 +111,20 @@ impl Fine {
     /// The vertices' unit normals, by slot.
     pub fn normals(&self) -> &[Vec3] {
         &self.normals
+    }
+
+    /// Whether a vertex was put elsewhere in its pentahedron since a version of the surface.
+    pub fn has_changed_since(&self, vertex: u32, version: u64) -> bool {
+        self.changed_at.get(vertex as usize).is_some_and(|&at| at > version)
+    }
+
+    fn note_changes(&mut self) {
+        let version = self.field.surface().version();
+        let changes = self.field.take_changes();
+        self.changed_at.resize(self.field.surface().vertex_count(), version);
+        for vertex in changes.vertices {
+            self.changed_at[vertex as usize] = version;
+        }
     }
 
     /// Brings the surface's vertices to where the tissue is.
@@ -197,6 +214,7 @@ impl Fine {
             reached.sort_unstable();
             reached.dedup();
         }
+        self.note_changes();
         match &mut self.chip {
             Some(chip) => chip.grew = true,
             None => self.chip = Some(ChipUnderWay { tool: by, grew: true }),
@@ -213,6 +231,7 @@ impl Fine {
         self.gather_nodes(solver);
         let (around, deep) = (COAGULATED_AROUND_MM, COAGULATED_DEEP_MM);
         self.field.coagulate(point.as_dvec3(), around, deep, &self.nodes)?;
+        self.note_changes();
         Ok(())
     }
 

@@ -125,6 +125,12 @@ impl<'a> Skin<'a> {
         })
     }
 
+    /// Whether a vertex was carried otherwise since a version of the skin.
+    pub fn has_changed_since(&self, vertex: u32, version: SkinVersion) -> bool {
+        self.fine
+            .is_some_and(|fine| !version.is_fine || fine.has_changed_since(vertex, version.changes))
+    }
+
     /// Where a vertex would be if its nodes were elsewhere, mm.
     pub fn place_by(&self, vertex: u32, place: impl Fn(u32) -> Vec3) -> Vec3 {
         if self.is_node(vertex) {

@@ -103,8 +103,8 @@ impl Collider {
         self.motion = Some(skin.motion_version());
         let gone = self.followed.catch_up(skin.solver());
         if was_cut {
-            self.topology = Some(skin.version());
-            self.update_patches(skin);
+            let before = self.topology.replace(skin.version());
+            self.update_patches(skin, before);
         }
         if !gone.is_empty() {
             let has_moved = skin.carried_by(&gone);
@@ -147,12 +147,17 @@ impl Collider {
     }
 
     /// Takes triangles that went out of their patches, and puts those that appeared into new ones.
-    fn update_patches(&mut self, skin: &Skin) {
+    fn update_patches(&mut self, skin: &Skin, before: Option<SkinVersion>) {
         self.slots.resize(skin.slot_count().max(self.slots.len()), None);
         let mut appeared = Vec::new();
         for (slot, known) in (0u32..).zip(&mut self.slots) {
             let vertices = skin.triangle(slot);
             if vertices == known.map(|known| known.vertices) {
+                // The same triangle, but its corners may have been put elsewhere.
+                let has_changed = |vertex| before.is_some_and(|before| skin.has_changed_since(vertex, before));
+                if let Some(known) = known.filter(|known| known.vertices.into_iter().any(has_changed)) {
+                    self.stale[known.patch as usize] = true;
+                }
                 continue;
             }
             // Gone, or another one in its place.
@@ -162,6 +167,8 @@ impl Collider {
             }
             appeared.extend(vertices.map(|vertices| (slot, vertices)));
         }
+        // Those of a pentahedron lie together, and slots that come free are filled in any order.
+        appeared.sort_by_key(|&(slot, vertices)| (skin.pentahedron(slot, vertices), slot));
         for triangles in appeared.chunks(PATCH) {
             let patch = self.free.pop().unwrap_or_else(|| {
                 self.patches.push(Vec::new());
@@ -238,25 +245,30 @@ impl Collider {
     /// which side it is on.
     pub fn nearest_face(&self, skin: &Skin, point: Vec3) -> Option<Nearest> {
         const TIE_MM: f32 = 1e-4;
-        let of_patch = |patch: u32| {
-            let faces = self.faces(skin, patch);
+        let of_patch = |patch: u32, within: f32| {
+            // No point of a face is further from one corner than its longer edge there: most are too far at a glance.
+            let may_be_near = move |face: &Face| {
+                let [a, b, c] = face.corners;
+                let size = a.distance_squared(b).max(a.distance_squared(c)).sqrt();
+                a.distance(point) - size <= within
+            };
+            let faces = self.faces(skin, patch).filter(may_be_near);
             faces.map(|face| (face, point_triangle(point, face.corners)))
         };
         // The distance first, from the nearest boxes on; then the faces that have it.
         let (_, distance) = self.bvh.find_best(
             DEPTH_LIMIT_MM,
             |node, _| point.distance(point.clamp(node.mins(), node.maxs())),
-            |patch, _| {
-                of_patch(patch)
-                    .map(|(_, closest)| closest.distance())
-                    .min_by(f32::total_cmp)
+            |patch, nearest| {
+                let distances = of_patch(patch, nearest).map(|(_, closest)| closest.distance());
+                distances.min_by(f32::total_cmp)
             },
         )?;
         let reach = Vec3::splat(distance + TIE_MM);
         let around = Aabb::new(point - reach, point + reach);
         let patches = self.bvh.intersect_aabb(&around);
         let mut candidates: Vec<(Face, ClosestPoints)> = patches
-            .flat_map(of_patch)
+            .flat_map(|patch| of_patch(patch, distance + TIE_MM))
             .filter(|(_, closest)| closest.distance() <= distance + TIE_MM)
             .collect();
         candidates.sort_unstable_by_key(|(face, _)| face.slot);
