@@ -7,7 +7,7 @@ use resecta_field::{FieldError, Tool};
 use resecta_solver::Resection;
 
 use crate::{
-    collide::{Collider, StepTools, ToolMotion},
+    collide::{Collider, Found, StepTools, ToolMotion},
     components::Tissue,
     diagnostics::{TissueDiagnostics, timed},
     fine::{Fine, Taken},
@@ -172,8 +172,15 @@ impl Cut<'_> {
                     .found()
                     .iter()
                     .filter(|found| found.tool == index && found.kind == ToolPartKind::Loop && found.touches());
-                let nodes = touched.flat_map(|found| solver.pentahedron_nodes(found.pentahedron));
-                let nodes = nodes.chain(swept.iter().flat_map(|&index| solver.pentahedron_nodes(index)));
+                let is_fine = fine.is_some();
+                let nodes_of = |found: &Found| match is_fine {
+                    // The corners of a fine face are no nodes.
+                    true => solver.pentahedron_nodes(found.pentahedron).to_vec(),
+                    false => found.vertices.to_vec(),
+                };
+                let nodes = touched
+                    .flat_map(nodes_of)
+                    .chain(swept.iter().flat_map(|&index| solver.pentahedron_nodes(index)));
                 let Some(node) = nearest_node(solver, deepest, nodes) else {
                     return Ok(Resection::default());
                 };

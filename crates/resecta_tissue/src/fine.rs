@@ -94,6 +94,7 @@ impl Fine {
         })
     }
 
+    /// What is kept of every pentahedron.
     pub fn field(&self) -> &Field {
         &self.field
     }
@@ -118,6 +119,7 @@ impl Fine {
         self.changed_at.get(vertex as usize).is_some_and(|&at| at > version)
     }
 
+    /// Notes which vertices the last cut put elsewhere.
     fn note_changes(&mut self) {
         let version = self.field.surface().version();
         let changes = self.field.take_changes();

@@ -57,6 +57,8 @@ pub struct Found {
     pub part: u32,
     pub kind: ToolPartKind,
     pub held: Held,
+    /// The vertices of the face; of a corner thrice the corner.
+    pub vertices: [u32; 3],
     /// The pentahedron that carries the face, and what the face is.
     pub pentahedron: u32,
     pub surface: NodeKind,
@@ -120,6 +122,7 @@ pub fn find(
             part: part_index,
             kind: part.kind,
             held,
+            vertices,
             pentahedron,
             surface,
             point: touch.closest.on_triangle,

@@ -12,8 +12,8 @@ mod sweep;
 use bevy::prelude::*;
 use resecta_solver::Contact;
 
-pub(crate) use self::{collider::Collider, sweep::ToolMotion};
-use self::{collider::Face, contacts::Found, sweep::PartSweep};
+pub(crate) use self::{collider::Collider, contacts::Found, sweep::ToolMotion};
+use self::{collider::Face, sweep::PartSweep};
 use crate::{
     components::Tissue,
     cut::Reports,
