@@ -8,7 +8,7 @@ use crate::changes::Changes;
 use crate::chips::Before;
 use crate::mesh::Mesh;
 use crate::points::Points;
-use crate::surface::{Piece, Surface, SurfaceKind};
+use crate::surface::{CHUNK, Piece, Surface, SurfaceKind};
 
 /// Values are kept within this many times the longest sub-lattice edge at rest. Beyond the two ends of an edge that the
 /// boundary crosses nothing reads them; the rest is for tissue that is stretched to twice its length.
@@ -156,6 +156,19 @@ impl Field {
         self.check_count(positions)?;
         self.surface.vertices.normals(&self.mesh, positions, out);
         Ok(())
+    }
+
+    /// Where the vertices of a chunk are ([`Surface::chunk`]) with every node at its `position`, mm; none for a chunk
+    /// without vertices. Meaningless in free slots.
+    pub fn chunk_places(&self, chunk: u32, position: impl Fn(u32) -> Vec3) -> Option<[Vec3; CHUNK]> {
+        self.surface.vertices.owner(chunk)?;
+        Some((self.surface.vertices).chunk_places(&self.mesh, chunk as usize, position))
+    }
+
+    /// The unit normals of the vertices of a chunk with every node at its `position`; none for a chunk without vertices.
+    pub fn chunk_normals(&self, chunk: u32, position: impl Fn(u32) -> Vec3) -> Option<[Vec3; CHUNK]> {
+        self.surface.vertices.owner(chunk)?;
+        Some((self.surface.vertices).chunk_normals(&self.mesh, chunk as usize, position))
     }
 
     fn check_count(&self, positions: &[Vec3]) -> Result<(), FieldError> {

@@ -70,5 +70,5 @@ pub use error::FieldError;
 pub use field::Field;
 pub use pieces::Piece;
 pub use stroke::LoopStroke;
-pub use surface::{Surface, SurfaceKind};
+pub use surface::{CHUNK, Surface, SurfaceKind};
 pub use tool::Tool;

@@ -215,8 +215,8 @@ impl Mesh {
     }
 
     #[inline(always)]
-    pub fn carrier(&self, pentahedron: u32, positions: &[Vec3]) -> Carrier {
-        Carrier::new(self.pentahedra[pentahedron as usize].map(|node| positions[node as usize]))
+    pub fn carrier(&self, pentahedron: u32, position: impl Fn(u32) -> Vec3) -> Carrier {
+        Carrier::new(self.pentahedra[pentahedron as usize].map(position))
     }
 
     /// Refuses positions that are not one finite place a node.

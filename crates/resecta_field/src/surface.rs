@@ -11,9 +11,13 @@ use crate::changes::{Changes, Marked};
 use crate::lookup::Lookup;
 use crate::mesh::Mesh;
 use crate::shape;
+use crate::sublattice::LANES;
 use crate::vertices::Vertices;
 
 pub const NONE: u32 = u32::MAX;
+
+/// Slots in a chunk of vertices: see [`Surface::chunk`].
+pub const CHUNK: usize = LANES;
 
 /// Free slots that are not worth giving back.
 pub const MOST_FREE: usize = 1 << 14;
@@ -217,7 +221,29 @@ impl Surface {
 
     /// The pentahedron that carries a vertex; none for a free slot and for nodes inside the tissue.
     pub fn home(&self, vertex: u32) -> Option<u32> {
-        self.vertices.home(vertex).map(|(pentahedron, _)| pentahedron)
+        match self.vertices.chunk(vertex) {
+            Some(chunk) if self.vertices.is_used(vertex) => self.vertices.owner(chunk),
+            Some(_) => None,
+            None => self.vertices.home(vertex).map(|(pentahedron, _)| pentahedron),
+        }
+    }
+
+    /// The chunk that a vertex is in; none for a node. Slots past the nodes come in chunks of [`CHUNK`], and one
+    /// pentahedron carries all vertices of a chunk: they are placed together ([`crate::Field::chunk_places`]).
+    #[inline]
+    pub fn chunk(&self, vertex: u32) -> Option<u32> {
+        self.vertices.chunk(vertex)
+    }
+
+    /// The pentahedron that carries a chunk; none for a free one.
+    #[inline]
+    pub fn chunk_home(&self, chunk: u32) -> Option<u32> {
+        self.vertices.owner(chunk)
+    }
+
+    /// The slot of a chunk's first vertex.
+    pub fn chunk_start(&self, chunk: u32) -> u32 {
+        self.vertices.first_slot(chunk)
     }
 
     /// The pentahedron that carries a vertex and its weights for the six corners (each 0 or more, sum 1); none for a

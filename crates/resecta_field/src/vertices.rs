@@ -272,78 +272,101 @@ impl Vertices {
         self.coagulation.shrink_to_fit();
     }
 
-    /// Where the vertices are with the nodes at `positions`, one a node.
-    pub fn places(&self, mesh: &Mesh, positions: &[Vec3], out: &mut Vec<Vec3>) {
-        out.resize(self.len(), Vec3::ZERO);
-        let (nodes, carried) = out.split_at_mut(self.nodes);
-        nodes.copy_from_slice(positions);
-        for ((chunk, &owner), out) in self
-            .chunks
-            .iter()
-            .zip(&self.owners)
-            .zip(carried.as_chunks_mut::<LANES>().0)
-        {
-            if owner == NONE {
-                *out = [Vec3::ZERO; LANES];
-                continue;
-            }
-            let [x, y, z] = mesh.carrier(owner, positions).at(&chunk.place);
-            for (l, out) in out.iter_mut().enumerate() {
-                *out = Vec3::new(x[l], y[l], z[l]);
+    /// The chunk of eight slots that a vertex is in; none for a node.
+    #[inline]
+    pub fn chunk(&self, slot: u32) -> Option<u32> {
+        let past_nodes = (slot as usize).checked_sub(self.nodes)?;
+        Some((past_nodes / LANES) as u32)
+    }
+
+    /// The pentahedron that carries a chunk; none for a free one and one that does not exist.
+    #[inline]
+    pub fn owner(&self, chunk: u32) -> Option<u32> {
+        self.owners.get(chunk as usize).copied().filter(|&owner| owner != NONE)
+    }
+
+    /// The first slot of a chunk.
+    pub fn first_slot(&self, chunk: u32) -> u32 {
+        (self.nodes + chunk as usize * LANES) as u32
+    }
+
+    /// Where a chunk's vertices are with the nodes at `position`.
+    #[inline(always)]
+    pub fn chunk_places(&self, mesh: &Mesh, chunk: usize, position: impl Fn(u32) -> Vec3) -> [Vec3; LANES] {
+        let [x, y, z] = mesh.carrier(self.owners[chunk], position).at(&self.chunks[chunk].place);
+        std::array::from_fn(|l| Vec3::new(x[l], y[l], z[l]))
+    }
+
+    /// Unit normals of a chunk's vertices with the nodes at `position`; zero where a slot is free.
+    #[inline(always)]
+    pub fn chunk_normals(&self, mesh: &Mesh, chunk: usize, position: impl Fn(u32) -> Vec3) -> [Vec3; LANES] {
+        let carrier = mesh.carrier(self.owners[chunk], position);
+        let chunk = &self.chunks[chunk];
+        // By component, as the places, so that eight normals are worked on at a time.
+        let along = carrier.jacobian(&chunk.place);
+        let mut normal = [[0.0; LANES]; 3];
+        // As `carry`.
+        for (product, [x, y]) in chunk.normal.iter().zip([[2, 1], [0, 2], [1, 0]]) {
+            let (x, y) = (&along[x], &along[y]);
+            for (n, sum) in normal.iter_mut().enumerate() {
+                let (i, j) = ((n + 1) % 3, (n + 2) % 3);
+                for l in 0..LANES {
+                    sum[l] += product[l] * (x[i][l] * y[j][l] - x[j][l] * y[i][l]);
+                }
             }
         }
+        let [x, y, z] = &normal;
+        let scale: Lanes = std::array::from_fn(|l| {
+            let square = x[l] * x[l] + y[l] * y[l] + z[l] * z[l];
+            if square > f32::MIN_POSITIVE {
+                1.0 / square.sqrt()
+            } else {
+                0.0
+            }
+        });
+        std::array::from_fn(|l| Vec3::new(x[l], y[l], z[l]) * scale[l])
+    }
+
+    /// Where the vertices are with the nodes at `positions`, one a node.
+    pub fn places(&self, mesh: &Mesh, positions: &[Vec3], out: &mut Vec<Vec3>) {
+        self.by_chunk(
+            out,
+            |nodes| nodes.copy_from_slice(positions),
+            |chunk| self.chunk_places(mesh, chunk, |node| positions[node as usize]),
+        );
     }
 
     /// Unit normals with the nodes at `positions`, one a node; zero where a slot is free.
     pub fn normals(&self, mesh: &Mesh, positions: &[Vec3], out: &mut Vec<Vec3>) {
+        let at_nodes = |out: &mut [Vec3]| {
+            for (at_node, out) in self.at_nodes.iter().zip(out) {
+                let (pentahedron, corner) = at_node.home;
+                *out = if pentahedron == NONE {
+                    Vec3::ZERO
+                } else {
+                    let place = corner_place(corner).map(|component| [component; LANES]);
+                    let carrier = mesh.carrier(pentahedron, |node| positions[node as usize]);
+                    let axes = carrier.jacobian(&place).map(|[x, y, z]| Vec3::new(x[0], y[0], z[0]));
+                    carry(at_node.normal, axes)
+                };
+            }
+        };
+        self.by_chunk(out, at_nodes, |chunk| {
+            self.chunk_normals(mesh, chunk, |node| positions[node as usize])
+        });
+    }
+
+    /// Fills a list of one vector a slot: the nodes at once, the others by chunk, zero for those of a free one.
+    #[inline(always)]
+    fn by_chunk(&self, out: &mut Vec<Vec3>, at_nodes: impl Fn(&mut [Vec3]), of: impl Fn(usize) -> [Vec3; LANES]) {
         out.resize(self.len(), Vec3::ZERO);
         let (nodes, carried) = out.split_at_mut(self.nodes);
-        for (n, out) in nodes.iter_mut().enumerate() {
-            let (pentahedron, corner) = self.at_nodes[n].home;
-            *out = if pentahedron == NONE {
-                Vec3::ZERO
-            } else {
-                let place = corner_place(corner).map(|component| [component; LANES]);
-                let along = mesh.carrier(pentahedron, positions).jacobian(&place);
-                let axes = along.map(|[x, y, z]| Vec3::new(x[0], y[0], z[0]));
-                carry(self.at_nodes[n].normal, axes)
+        at_nodes(nodes);
+        for (chunk, out) in carried.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+            *out = match self.owners[chunk] {
+                NONE => [Vec3::ZERO; LANES],
+                _ => of(chunk),
             };
-        }
-        for ((chunk, &owner), out) in self
-            .chunks
-            .iter()
-            .zip(&self.owners)
-            .zip(carried.as_chunks_mut::<LANES>().0)
-        {
-            if owner == NONE {
-                *out = [Vec3::ZERO; LANES];
-                continue;
-            }
-            // By component, as in `places`, so that eight normals are worked on at a time.
-            let along = mesh.carrier(owner, positions).jacobian(&chunk.place);
-            let mut normal = [[0.0; LANES]; 3];
-            // As `carry`.
-            for (product, [x, y]) in chunk.normal.iter().zip([[2, 1], [0, 2], [1, 0]]) {
-                let (x, y) = (&along[x], &along[y]);
-                for (n, sum) in normal.iter_mut().enumerate() {
-                    let (i, j) = ((n + 1) % 3, (n + 2) % 3);
-                    for l in 0..LANES {
-                        sum[l] += product[l] * (x[i][l] * y[j][l] - x[j][l] * y[i][l]);
-                    }
-                }
-            }
-            let [x, y, z] = &normal;
-            let scale: Lanes = std::array::from_fn(|l| {
-                let square = x[l] * x[l] + y[l] * y[l] + z[l] * z[l];
-                if square > f32::MIN_POSITIVE {
-                    1.0 / square.sqrt()
-                } else {
-                    0.0
-                }
-            });
-            for (l, out) in out.iter_mut().enumerate() {
-                *out = Vec3::new(x[l], y[l], z[l]) * scale[l];
-            }
         }
     }
 

@@ -113,7 +113,7 @@ pub(crate) fn cut(
                 cut.tell(resection, &mut commands, &mut reports, &mut diagnostics);
             }
             if let Some(fine) = &mut tissue.fine {
-                for found in collider.found().iter().filter(|found| found.touches()) {
+                for found in collider.found().iter().filter(|found| found.touched().is_some()) {
                     let burns = found.kind == ToolPartKind::Loop && tools[found.tool as usize].coagulates();
                     let done = burns.then(|| fine.coagulate(&tissue.solver, found.point));
                     if let Some(Err(error)) = done {
@@ -168,18 +168,20 @@ impl Cut<'_> {
             }
             (CuttingRule::Sphere { radius_mm }, fine) => {
                 let swept = solver.pentahedra_swept(&sweep);
-                let touched = collider
-                    .found()
-                    .iter()
-                    .filter(|found| found.tool == index && found.kind == ToolPartKind::Loop && found.touches());
+                let of_loop = |found: &&Found| found.tool == index && found.kind == ToolPartKind::Loop;
+                let touched = collider.found().iter().filter(of_loop);
                 let is_fine = fine.is_some();
-                let nodes_of = |found: &Found| match is_fine {
-                    // The corners of a fine face are no nodes.
-                    true => solver.pentahedron_nodes(found.pentahedron).to_vec(),
-                    false => found.vertices.to_vec(),
+                let nodes_of = |found: &Found| {
+                    let pentahedron = found.touched()?;
+                    Some(match is_fine {
+                        // The corners of a fine face are no nodes.
+                        true => solver.pentahedron_nodes(pentahedron).to_vec(),
+                        false => found.vertices.to_vec(),
+                    })
                 };
                 let nodes = touched
-                    .flat_map(nodes_of)
+                    .filter_map(nodes_of)
+                    .flatten()
                     .chain(swept.iter().flat_map(|&index| solver.pentahedron_nodes(index)));
                 let Some(node) = nearest_node(solver, deepest, nodes) else {
                     return Ok(Resection::default());

@@ -2,8 +2,10 @@
 
 use bevy::prelude::*;
 use resecta_anatomy::wedge;
-use resecta_field::{Chip, Field, FieldError, LoopStroke, Surface, SurfaceKind, Tool};
+use resecta_field::{CHUNK, Chip, Field, FieldError, LoopStroke, Surface, SurfaceKind, Tool};
 use resecta_solver::{LoopSweep, NodeKind};
+
+use crate::change_log::{ChangeLog, ChangesSince};
 
 /// Pieces that hang by nothing come free up to this volume, mm³; a larger one is a part of the organ.
 const LARGEST_PIECE_MM3: f64 = 3000.0;
@@ -18,13 +20,17 @@ pub(crate) struct Fine {
     field: Field,
     /// Where the nodes are, in one piece for the field.
     nodes: Vec<Vec3>,
-    /// Where the vertices of the surface are, and their normals.
+    /// Where the vertices of the surface are, as far as they were brought there.
     places: Vec<Vec3>,
+    /// The vertices' normals when all were last brought to where the tissue is.
     normals: Vec<Vec3>,
-    /// The version of motion and of the surface that these are of.
-    followed: Option<(u64, u64)>,
-    /// The version of the surface when each vertex was last put elsewhere in its pentahedron.
-    changed_at: Vec<u64>,
+    /// Tells one state of motion and surface from another, and what state it is.
+    instant: u32,
+    state: Option<(u64, u64)>,
+    /// The instant of each chunk's places, and of all others'.
+    brought: Vec<u32>,
+    followed: u32,
+    changes: ChangeLog,
     strokes: Vec<Stroke>,
     /// Whether a chip is under way, and whether the present step has added to it.
     chip: Option<ChipUnderWay>,
@@ -87,8 +93,11 @@ impl Fine {
             nodes: Vec::new(),
             places: Vec::new(),
             normals: Vec::new(),
-            followed: None,
-            changed_at: Vec::new(),
+            instant: 0,
+            state: None,
+            brought: Vec::new(),
+            followed: 0,
+            changes: ChangeLog::default(),
             strokes: Vec::new(),
             chip: None,
         })
@@ -104,38 +113,71 @@ impl Fine {
         self.field.surface()
     }
 
-    /// Where a vertex is, mm.
+    /// Where a vertex other than a node is, mm, if [`Fine::bring`] or [`Fine::follow`] brought its chunk there.
     pub fn place(&self, vertex: u32) -> Vec3 {
         self.places[vertex as usize]
     }
 
-    /// The vertices' unit normals, by slot.
+    /// The vertices' unit normals, by slot, as [`Fine::follow`] left them.
     pub fn normals(&self) -> &[Vec3] {
         &self.normals
     }
 
-    /// Whether a vertex was put elsewhere in its pentahedron since a version of the surface.
-    pub fn has_changed_since(&self, vertex: u32, version: u64) -> bool {
-        self.changed_at.get(vertex as usize).is_some_and(|&at| at > version)
+    /// What cuts changed since a version of the surface; none if that was too long ago to know.
+    pub fn changes_since(&self, version: u64) -> Option<ChangesSince<'_>> {
+        self.changes.since(version)
     }
 
-    /// Notes which vertices the last cut put elsewhere.
+    /// Notes what the last cut changed.
     fn note_changes(&mut self) {
-        let version = self.field.surface().version();
         let changes = self.field.take_changes();
-        self.changed_at.resize(self.field.surface().vertex_count(), version);
-        for vertex in changes.vertices {
-            self.changed_at[vertex as usize] = version;
+        let surface = self.field.surface();
+        let chunks = changes.vertices.iter().filter_map(|&vertex| surface.chunk(vertex));
+        self.changes.note(surface.version(), &changes.triangles, chunks);
+    }
+
+    /// Begins another instant if the tissue has moved or was cut.
+    fn look(&mut self, solver: &resecta_solver::Tissue) {
+        let state = Some((solver.motion_version(), self.field.surface().version()));
+        if self.state != state {
+            self.state = state;
+            self.instant = self.instant.wrapping_add(1);
+            let vertices = self.field.surface().vertex_count();
+            self.places.resize(vertices, Vec3::ZERO);
+            self.brought
+                .resize(vertices.div_ceil(CHUNK), self.instant.wrapping_sub(1));
         }
     }
 
-    /// Brings the surface's vertices to where the tissue is.
-    pub fn follow(&mut self, solver: &resecta_solver::Tissue) {
-        let now = Some((solver.motion_version(), self.field.surface().version()));
-        if self.followed == now {
+    /// Brings the vertices of some chunks to where the tissue is.
+    pub fn bring(&mut self, solver: &resecta_solver::Tissue, chunks: impl Iterator<Item = u32>) {
+        self.look(solver);
+        if self.followed == self.instant {
             return;
         }
-        self.followed = now;
+        let position = |node| solver.position(node);
+        for chunk in chunks {
+            let Some(brought) = self.brought.get_mut(chunk as usize) else {
+                continue;
+            };
+            if std::mem::replace(brought, self.instant) == self.instant {
+                continue;
+            }
+            let start = self.field.surface().chunk_start(chunk) as usize;
+            let slots = self.places.get_mut(start..start + CHUNK);
+            if let (Some(slots), Some(places)) = (slots, self.field.chunk_places(chunk, position)) {
+                slots.copy_from_slice(&places);
+            }
+        }
+    }
+
+    /// Brings all vertices to where the tissue is.
+    pub fn follow(&mut self, solver: &resecta_solver::Tissue) {
+        self.look(solver);
+        if self.followed == self.instant {
+            return;
+        }
+        self.followed = self.instant;
         self.gather_nodes(solver);
         // One place a node: nothing else is refused.
         self.field.move_vertices(&self.nodes, &mut self.places).ok();

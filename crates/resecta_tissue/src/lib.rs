@@ -43,6 +43,7 @@
 //! `Assets<Mesh>` builds none. The crate gives [`Mesh3d`](bevy::prelude::Mesh3d) with vertex colours; the material is the
 //! app's.
 
+mod change_log;
 mod collide;
 mod components;
 mod cut;

@@ -5,10 +5,10 @@
 //! nodes and exposed faces again.
 
 use bevy::prelude::*;
-use resecta_field::SurfaceKind;
+use resecta_field::{CHUNK, SurfaceKind};
 use resecta_solver::{NodeKind, TissuePoint};
 
-use crate::{components::Tissue, fine::Fine};
+use crate::{change_log::ChangesSince, components::Tissue, fine::Fine};
 
 /// The skin of a tissue as it lies.
 #[derive(Clone, Copy)]
@@ -25,7 +25,7 @@ pub(crate) struct SkinVersion {
 }
 
 impl<'a> Skin<'a> {
-    /// The skin of a tissue. A fine one is where [`Fine::follow`] last brought it.
+    /// The skin of a tissue. A fine one is where [`Fine::bring`] or [`Fine::follow`] last brought it.
     pub fn of(tissue: &'a Tissue) -> Self {
         Self {
             solver: &tissue.solver,
@@ -76,8 +76,8 @@ impl<'a> Skin<'a> {
     /// Where a vertex is, mm.
     pub fn place(&self, vertex: u32) -> Vec3 {
         match self.fine {
-            Some(fine) => fine.place(vertex),
-            None => self.solver.position(vertex),
+            Some(fine) if !self.is_node(vertex) => fine.place(vertex),
+            _ => self.solver.position(vertex),
         }
     }
 
@@ -89,7 +89,7 @@ impl<'a> Skin<'a> {
         }
     }
 
-    /// The vertices' normals, where the skin keeps them.
+    /// The vertices' normals, where the skin keeps them; as of the last [`Fine::follow`].
     pub fn normals(&self) -> Option<&'a [Vec3]> {
         self.fine.map(Fine::normals)
     }
@@ -98,6 +98,11 @@ impl<'a> Skin<'a> {
     pub fn coagulation_mm(&self, vertex: u32) -> f32 {
         self.fine
             .map_or(0.0, |fine| fine.surface().coagulation_mm()[vertex as usize])
+    }
+
+    /// Whether it may have other vertices than nodes.
+    pub fn is_fine(&self) -> bool {
+        self.fine.is_some()
     }
 
     /// Whether a vertex is a node of the tissue.
@@ -125,36 +130,52 @@ impl<'a> Skin<'a> {
         })
     }
 
-    /// Whether a vertex was carried otherwise since a version of the skin.
-    pub fn has_changed_since(&self, vertex: u32, version: SkinVersion) -> bool {
+    /// What cuts changed since a version of the skin; none if only a look at all of it tells.
+    pub fn changes_since(&self, version: SkinVersion) -> Option<ChangesSince<'a>> {
         self.fine
-            .is_some_and(|fine| !version.is_fine || fine.has_changed_since(vertex, version.changes))
+            .filter(|_| version.is_fine)
+            .and_then(|fine| fine.changes_since(version.changes))
     }
 
-    /// Where a vertex would be if its nodes were elsewhere, mm.
-    pub fn place_by(&self, vertex: u32, place: impl Fn(u32) -> Vec3) -> Vec3 {
-        if self.is_node(vertex) {
-            return place(vertex);
-        }
-        let carriers = self.carriers(vertex);
-        carriers.parts().map(|(node, weight)| place(node) * weight).sum()
+    /// The chunk of eight vertices that a vertex is in, and its number there; none for a node.
+    pub fn chunk(&self, vertex: u32) -> Option<(u32, usize)> {
+        let surface = self.fine?.surface();
+        let chunk = surface.chunk(vertex)?;
+        Some((chunk, (vertex - surface.chunk_start(chunk)) as usize))
     }
 
-    /// Tells of a vertex whether one of some nodes carries it.
-    pub fn carried_by(&self, nodes: &[u32]) -> impl Fn(u32) -> bool {
-        let mut is_one = vec![false; self.solver.node_count()];
-        nodes.iter().for_each(|&node| is_one[node as usize] = true);
-        let has_one = |pentahedron: u32| {
-            let nodes = self.solver.pentahedron_nodes(pentahedron);
-            nodes.iter().any(|&node| is_one[node as usize])
-        };
-        let pentahedra: Vec<bool> = match self.fine {
-            Some(_) => (0..self.solver.pentahedron_count() as u32).map(has_one).collect(),
-            None => Vec::new(),
-        };
-        move |vertex| match self.home(vertex) {
-            Some(pentahedron) => pentahedra[pentahedron as usize],
-            None => is_one[vertex as usize],
+    /// Chunks of vertices, free ones included.
+    pub fn chunk_count(&self) -> usize {
+        (self.vertex_count() - self.solver.node_count()) / CHUNK
+    }
+
+    /// The vertex with a number in a chunk.
+    pub fn vertex_of(&self, chunk: u32, number: usize) -> u32 {
+        self.fine
+            .map_or(0, |fine| fine.surface().chunk_start(chunk) + number as u32)
+    }
+
+    /// The pentahedron that carries a chunk.
+    pub fn chunk_home(&self, chunk: u32) -> Option<u32> {
+        self.fine?.surface().chunk_home(chunk)
+    }
+
+    /// Where the vertices of a chunk would be if the nodes were elsewhere, mm.
+    pub fn chunk_places(&self, chunk: u32, place: impl Fn(u32) -> Vec3) -> Option<[Vec3; CHUNK]> {
+        self.fine?.field().chunk_places(chunk, place)
+    }
+
+    /// The unit normals of the vertices of a chunk.
+    pub fn chunk_normals(&self, chunk: u32) -> Option<[Vec3; CHUNK]> {
+        let position = |node| self.solver.position(node);
+        self.fine?.field().chunk_normals(chunk, position)
+    }
+
+    /// Where a vertex is at rest, mm.
+    pub fn rest_place(&self, vertex: u32) -> Vec3 {
+        match self.fine {
+            Some(fine) => fine.surface().rest_places()[vertex as usize],
+            None => self.solver.rest_position(vertex),
         }
     }
 

@@ -10,6 +10,7 @@ use resecta_solver::Followed;
 use super::{
     closest::{ClosestPoints, point_triangle},
     contacts::Found,
+    patches::{self, ChunkPart, Patches, Run},
     sweep::Axis,
 };
 use crate::skin::{Skin, SkinVersion};
@@ -18,30 +19,24 @@ use crate::skin::{Skin, SkinVersion};
 /// anybody's guess and the part is left alone.
 pub const DEPTH_LIMIT_MM: f32 = 3.0;
 
-/// The hierarchy and what it was built from. It is never rebuilt: triangles that appear are inserted, those that go are
+/// The hierarchy and what it was built from. It is never rebuilt: patches that appear are inserted, those that go are
 /// removed, and where a node has gone further than a slack, the bounds around it are refitted in place.
 ///
-/// A leaf is a *patch* of up to [`PATCH`] triangles that appeared together, and so lie together: a gland has thousands of
-/// triangles, and a tool is near a few dozen. What a query finds in a leaf it looks at where it is now.
+/// A leaf is a [`Patch`](super::patches::Patch) of triangles that lie together: a gland has thousands of triangles, and a
+/// tool is near a few dozen. What a query finds in a leaf it looks at where it is now.
 #[derive(Component)]
 pub struct Collider {
     bvh: Bvh,
     workspace: BvhWorkspace,
     /// Where nodes are to within [`SLACK_MM`]: what the bounds are of.
     followed: Followed,
-    /// The slots of the surface in each patch.
-    patches: Vec<Vec<u32>>,
-    /// Patches without a triangle.
-    free: Vec<u32>,
-    /// Patches whose bounds are out of date.
-    stale: Vec<bool>,
-    /// What was in each slot of the surface at the last update; none where the slot was free.
-    slots: Vec<Option<Known>>,
+    patches: Patches,
     topology: Option<SkinVersion>,
     /// The version of the motion that the bounds hold for.
     motion: Option<u64>,
-    /// The contacts found last.
+    /// The contacts found last, and whether they are those of all parts for all of the step.
     found: Vec<Found>,
+    pub found_all: bool,
 }
 
 impl Default for Collider {
@@ -50,26 +45,26 @@ impl Default for Collider {
             bvh: Bvh::default(),
             workspace: BvhWorkspace::default(),
             followed: Followed::new(SLACK_MM),
-            patches: Vec::new(),
-            free: Vec::new(),
-            stale: Vec::new(),
-            slots: Vec::new(),
+            patches: Patches::default(),
             topology: None,
             motion: None,
             found: Vec::new(),
+            found_all: false,
         }
     }
 }
 
-/// A triangle and the patch it is in.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Known {
-    patch: u32,
-    vertices: [u32; 3],
+/// What is near a part.
+#[derive(Debug, Default)]
+pub struct Nearby {
+    /// Faces, by rising slot.
+    pub faces: Vec<Face>,
+    /// Vertices that stand for the faces around them.
+    pub points: Vec<ChunkPart>,
 }
 
-/// Most triangles in a patch: twice as many or half as many cost a step more.
-const PATCH: usize = 8;
+/// Faces whose distances differ by less than this are as near, mm.
+pub const TIE_MM: f32 = 1e-4;
 
 /// How far a node goes before the bounds around it are refitted, mm: small against a patch, and some steps' way in tissue
 /// that is not pushed.
@@ -91,6 +86,16 @@ impl Face {
         let [a, b, c] = self.corners;
         (b - a).cross(c - a).normalize_or_zero()
     }
+
+    /// The length of the longest edge, mm.
+    pub fn longest(&self) -> f32 {
+        let [a, b, c] = self.corners;
+        let longest = a
+            .distance_squared(b)
+            .max(b.distance_squared(c))
+            .max(c.distance_squared(a));
+        longest.sqrt()
+    }
 }
 
 impl Collider {
@@ -104,82 +109,29 @@ impl Collider {
         let gone = self.followed.catch_up(skin.solver());
         if was_cut {
             let before = self.topology.replace(skin.version());
-            self.update_patches(skin, before);
+            self.patches.update(skin, before);
         }
         if !gone.is_empty() {
-            let has_moved = skin.carried_by(&gone);
-            for known in self.slots.iter().flatten() {
-                self.stale[known.patch as usize] |= known.vertices.iter().any(|&vertex| has_moved(vertex));
-            }
+            self.patches.have_moved(skin, &gone);
         }
-        self.refit(skin);
-    }
-
-    /// Gives patches that are out of date their bounds.
-    fn refit(&mut self, skin: &Skin) {
-        let mut changed = false;
-        for (patch, stale) in (0u32..).zip(&mut self.stale) {
-            if !std::mem::take(stale) {
-                continue;
-            }
-            changed = true;
-            let vertices = self.patches[patch as usize].iter();
-            let vertices = vertices
-                .filter_map(|&slot| self.slots[slot as usize])
-                .flat_map(|known| known.vertices);
-            // A vertex is a mean of its nodes: it has gone no further than they have.
-            let places = vertices.map(|vertex| skin.place_by(vertex, |node| self.followed.place(node)));
-            let bounds = places.map(|place| (place, place));
-            match bounds.reduce(|(low, high), (place, _)| (low.min(place), high.max(place))) {
-                Some((low, high)) => {
-                    let bounds = Aabb::new(low, high).loosened(LOOSENED_MM);
-                    self.bvh.insert_or_update_partially(bounds, patch, 0.0);
+        let (mut changed, followed, bvh) = (false, &self.followed, &mut self.bvh);
+        // A vertex is a mean of its nodes: it goes no further than they do.
+        self.patches.refresh(
+            skin,
+            |node| followed.place(node),
+            |patch, bounds| {
+                changed = true;
+                match bounds {
+                    Some((low, high)) => {
+                        let bounds = Aabb::new(low, high).loosened(LOOSENED_MM);
+                        bvh.insert_or_update_partially(bounds, patch, 0.0);
+                    }
+                    None => bvh.remove(patch),
                 }
-                None => {
-                    self.bvh.remove(patch);
-                    self.free.push(patch);
-                }
-            }
-        }
+            },
+        );
         if changed {
             self.bvh.refit(&mut self.workspace);
-        }
-    }
-
-    /// Takes triangles that went out of their patches, and puts those that appeared into new ones.
-    fn update_patches(&mut self, skin: &Skin, before: Option<SkinVersion>) {
-        self.slots.resize(skin.slot_count().max(self.slots.len()), None);
-        let mut appeared = Vec::new();
-        for (slot, known) in (0u32..).zip(&mut self.slots) {
-            let vertices = skin.triangle(slot);
-            if vertices == known.map(|known| known.vertices) {
-                // The same triangle, but its corners may have been put elsewhere.
-                let has_changed = |vertex| before.is_some_and(|before| skin.has_changed_since(vertex, before));
-                if let Some(known) = known.filter(|known| known.vertices.into_iter().any(has_changed)) {
-                    self.stale[known.patch as usize] = true;
-                }
-                continue;
-            }
-            // Gone, or another one in its place.
-            if let Some(Known { patch, .. }) = known.take() {
-                self.patches[patch as usize].retain(|&other| other != slot);
-                self.stale[patch as usize] = true;
-            }
-            appeared.extend(vertices.map(|vertices| (slot, vertices)));
-        }
-        // Those of a pentahedron lie together, and slots that come free are filled in any order.
-        appeared.sort_by_key(|&(slot, vertices)| (skin.pentahedron(slot, vertices), slot));
-        for triangles in appeared.chunks(PATCH) {
-            let patch = self.free.pop().unwrap_or_else(|| {
-                self.patches.push(Vec::new());
-                self.stale.push(true);
-                self.patches.len() as u32 - 1
-            });
-            self.stale[patch as usize] = true;
-            for &(slot, vertices) in triangles {
-                self.slots[slot as usize] = Some(Known { patch, vertices });
-                self.patches[patch as usize].push(slot);
-            }
         }
     }
 
@@ -211,17 +163,51 @@ impl Collider {
         })
     }
 
-    /// Puts the faces that may lie within `range` of an axis into `found`, by ascending slot.
-    pub fn near_axis(&self, skin: &Skin, axis: &Axis, range: f32, found: &mut Vec<Face>) {
-        found.clear();
+    /// Finds what may lie within `range` of an axis. In patches whose faces are so small (by their longest edge, mm) that
+    /// their corners stand for them, only the faces within `crossed` of the axis.
+    pub fn near_axis(
+        &self,
+        skin: &Skin,
+        axis: &Axis,
+        (range, crossed): (f32, f32),
+        are_points: impl Fn(f32) -> bool,
+        found: &mut Nearby,
+    ) {
+        found.faces.clear();
+        found.points.clear();
+        let near = Near::new(axis);
+        let patches = self.bvh.leaves(|node| near.is_near(node.mins(), node.maxs(), range));
+        for patch in patches {
+            let patch = self.patches.get(patch);
+            let (within, has_points) = match are_points(patch.longest_mm) {
+                true => (crossed, true),
+                false => (range, false),
+            };
+            let is_near = |run: &&Run, range: f32| near.is_near(run.bounds.0, run.bounds.1, range + LOOSENED_MM);
+            if has_points {
+                let runs = patch.runs.iter().filter(|run| is_near(run, range));
+                found.points.extend(runs.flat_map(|run| &run.chunks));
+            }
+            let runs = patch.runs.iter().filter(|run| is_near(run, within));
+            found.faces.extend(runs.flat_map(|run| faces(run, skin)).filter(|face| {
+                let bounds = bounds(&face.corners);
+                near.is_near(bounds.mins, bounds.maxs, within)
+            }));
+        }
+        found.faces.sort_unstable_by_key(|face| face.slot);
+        patches::merge(&mut found.points);
+    }
+
+    /// The chunks with vertices within `range` of an axis, perhaps some of them more than once.
+    pub fn chunks_near(&self, axis: &Axis, range: f32) -> impl Iterator<Item = u32> {
+        let near = Near::new(axis);
         let patches = self
             .bvh
-            .leaves(|node| stretch_near(axis, range, node.mins(), node.maxs()).is_some());
-        found.extend(patches.flat_map(|patch| self.faces(skin, patch)).filter(|face| {
-            let bounds = bounds(&face.corners);
-            stretch_near(axis, range, bounds.mins, bounds.maxs).is_some()
-        }));
-        found.sort_unstable_by_key(|face| face.slot);
+            .leaves(move |node| near.is_near(node.mins(), node.maxs(), range));
+        let runs = patches.flat_map(|patch| &self.patches.get(patch).runs);
+        let near = Near::new(axis);
+        let runs = runs.filter(move |run| near.is_near(run.bounds.0, run.bounds.1, range + LOOSENED_MM));
+        runs.flat_map(|run| run.chunks.iter().map(|part| part.chunk))
     }
 
     /// Calls back with every stretch of an axis (shares, from and to) near which faces may lie within `range`.
@@ -244,15 +230,19 @@ impl Collider {
     /// Where several faces share the nearest point (an edge, a corner), the one that faces the point most squarely says
     /// which side it is on.
     pub fn nearest_face(&self, skin: &Skin, point: Vec3) -> Option<Nearest> {
-        const TIE_MM: f32 = 1e-4;
         let of_patch = |patch: u32, within: f32| {
+            let is_near = move |run: &&Run| {
+                let (low, high) = run.bounds;
+                point.distance(point.clamp(low, high)) <= within + LOOSENED_MM
+            };
+            let runs = self.patches.get(patch).runs.iter().filter(is_near);
             // No point of a face is further from one corner than its longer edge there: most are too far at a glance.
             let may_be_near = move |face: &Face| {
                 let [a, b, c] = face.corners;
                 let size = a.distance_squared(b).max(a.distance_squared(c)).sqrt();
                 a.distance(point) - size <= within
             };
-            let faces = self.faces(skin, patch).filter(may_be_near);
+            let faces = runs.flat_map(|run| faces(run, skin)).filter(may_be_near);
             faces.map(|face| (face, point_triangle(point, face.corners)))
         };
         // The distance first, from the nearest boxes on; then the faces that have it.
@@ -288,16 +278,37 @@ impl Collider {
         }
         best.map(|(_, nearest)| nearest)
     }
+}
 
-    /// The triangles of a patch.
-    fn faces(&self, skin: &Skin, patch: u32) -> impl Iterator<Item = Face> {
-        let slots = self.patches[patch as usize].iter();
-        let known = slots.filter_map(|&slot| Some((slot, self.slots[slot as usize]?.vertices)));
-        known.map(|(slot, vertices)| Face {
-            slot,
-            vertices,
-            corners: vertices.map(|vertex| skin.place(vertex)),
-        })
+/// The triangles of a run where they are now.
+fn faces(run: &Run, skin: &Skin) -> impl Iterator<Item = Face> {
+    run.triangles.iter().map(|&(slot, vertices)| Face {
+        slot,
+        vertices,
+        corners: vertices.map(|vertex| skin.place(vertex)),
+    })
+}
+
+/// Tells at a glance what is too far from an axis.
+struct Near {
+    axis: Axis,
+    low: Vec3,
+    high: Vec3,
+}
+
+impl Near {
+    fn new(axis: &Axis) -> Self {
+        Self {
+            axis: *axis,
+            low: axis.a.min(axis.b),
+            high: axis.a.max(axis.b),
+        }
+    }
+
+    /// Whether a point of a box may be within `range` of the axis.
+    fn is_near(&self, low: Vec3, high: Vec3, range: f32) -> bool {
+        let apart = (low - self.high).max(self.low - high).max_element();
+        apart <= range && stretch_near(&self.axis, range, low, high).is_some()
     }
 }
 
@@ -331,7 +342,7 @@ fn bounds([a, b, c]: &[Vec3; 3]) -> Aabb {
 mod tests {
     use super::*;
     use crate::{
-        collide::{contacts, sweep::PartSweep},
+        collide::{contacts::Search, sweep::PartSweep},
         components::Tissue,
         fine::Fine,
         tool::ToolPartKind,
@@ -362,8 +373,16 @@ mod tests {
     }
 
     fn contacts(collider: &Collider, skin: &Skin, part: &PartSweep) -> String {
-        let (mut faces, mut found) = (Vec::new(), Vec::new());
-        contacts::find(collider, skin, part, (0, 0), true, 1.0 / 60.0, &mut faces, &mut found);
+        let search = Search {
+            collider,
+            skin,
+            part,
+            number: (0, 0),
+            pushes: true,
+            pass_s: 1.0 / 60.0,
+        };
+        let mut found = Vec::new();
+        search.find(&mut Nearby::default(), &mut found);
         format!("{found:?}")
     }
 
@@ -372,7 +391,7 @@ mod tests {
         let slots = 0..skin.slot_count() as u32;
         let mut triangles = slots.filter_map(|slot| Some((slot, skin.triangle(slot)?)));
         triangles.all(|(slot, vertices)| {
-            let patch = collider.slots[slot as usize].map(|known| known.patch);
+            let patch = collider.patches.patch_of(slot);
             vertices.iter().all(|&vertex| {
                 let corner = skin.place(vertex);
                 let corner = Aabb::new(corner, corner);

@@ -7,13 +7,16 @@
 mod closest;
 mod collider;
 mod contacts;
+mod patches;
+mod surroundings;
 mod sweep;
+mod touch;
 
 use bevy::prelude::*;
 use resecta_solver::Contact;
 
 pub(crate) use self::{collider::Collider, contacts::Found, sweep::ToolMotion};
-use self::{collider::Face, sweep::PartSweep};
+use self::{collider::Nearby, contacts::Search, sweep::PartSweep};
 use crate::{
     components::Tissue,
     cut::Reports,
@@ -21,7 +24,7 @@ use crate::{
     messages::{PutAsideReason, PutAsideSubject, TissueContact},
     settings::TissueSettings,
     skin::Skin,
-    tool::TissueTool,
+    tool::{TissueTool, ToolPartKind},
 };
 
 /// The ways of all tools in the coming step, in the order of their query.
@@ -50,55 +53,40 @@ pub(crate) fn any_tool(tools: Query<(), With<TissueTool>>) -> bool {
     !tools.is_empty()
 }
 
-/// Finds what each tool touches on its way through the step, in the tissue as the last step left it, and tells.
+/// Finds what each tool touches on its way through the step, in the tissue as the last step left it: all that a step of one
+/// pass enforces, and what loops under current touch.
 pub(crate) fn collide(
-    mut tissues: Query<(Entity, &mut Tissue, &TissueSettings, &mut Collider)>,
+    mut tissues: Query<(&mut Tissue, &TissueSettings, &mut Collider)>,
     tools: Res<StepTools>,
     time: Res<Time>,
-    mut messages: MessageWriter<TissueContact>,
     mut diagnostics: ResMut<TissueDiagnostics>,
 ) {
     let mut spent = std::time::Duration::ZERO;
     timed(&mut spent, || {
         let mut ordered: Vec<_> = tissues
             .iter_mut()
-            .filter(|(_, _, settings, _)| settings.collision)
+            .filter(|(_, settings, _)| settings.collision)
             .collect();
-        ordered.sort_unstable_by_key(|(_, tissue, ..)| tissue.ordinal);
-        for (entity, mut tissue, _, mut collider) in ordered {
-            tissue.follow();
-            let skin = Skin::of(&tissue);
-            collider.update(&skin);
+        ordered.sort_unstable_by_key(|(tissue, ..)| tissue.ordinal);
+        for (mut tissue, _, mut collider) in ordered {
+            collider.update(&Skin::of(&tissue));
             let passes = collider.passes(&tools);
             let pass_s = time.delta_secs() / passes as f32;
             let mut found = collider.take_found();
             found.clear();
+            // What pushes is found anew in each of several passes, and after a cut.
+            collider.found_all = passes == 1 && !tools.iter().any(|tool| tool.cutting);
+            let wanted = |tool: &ToolMotion, kind| collider.found_all || tool.current(kind) || !tool.pushes(kind);
             for pass in 0..passes {
-                find_contacts(&collider, &skin, &tools, (pass, passes), pass_s, false, &mut found);
-            }
-            if passes > 1 {
-                // Of the contacts of a part and a face over the passes, the deepest tells.
-                let of = |found: &Found| (found.tool, found.part, found.held);
-                found.sort_by(|a, b| of(a).cmp(&of(b)).then(b.depth.total_cmp(&a.depth)));
-                found.dedup_by_key(|found| of(found));
-            }
-            let mut touches: Vec<&Found> = found.iter().filter(|found| found.touches()).collect();
-            let of = |found: &Found| (found.tool, found.part, found.pentahedron);
-            touches.sort_by(|a, b| of(a).cmp(&of(b)).then(b.depth.total_cmp(&a.depth)));
-            touches.dedup_by_key(|found| of(found));
-            for found in touches {
-                let tool = &tools[found.tool as usize];
-                messages.write(TissueContact {
-                    tissue: entity,
-                    tool: tool.entity,
-                    part: found.kind,
-                    pentahedron: found.pentahedron,
-                    point: found.point,
-                    normal: found.normal,
-                    depth_mm: found.depth.max(0.0),
-                    kind: found.surface,
-                    current: tool.current(found.kind),
-                });
+                find_contacts(
+                    &collider,
+                    &mut tissue,
+                    &tools,
+                    (pass, passes),
+                    pass_s,
+                    wanted,
+                    &mut found,
+                );
             }
             collider.put_found(found);
         }
@@ -106,13 +94,14 @@ pub(crate) fn collide(
     diagnostics.collide += spent;
 }
 
-/// Moves every tissue by one step, pass by pass.
+/// Moves every tissue by one step, pass by pass, and tells what touched it.
 pub(crate) fn integrate(
     mut tissues: Query<(Entity, &mut Tissue, &TissueSettings, &mut Collider)>,
     tools: Res<StepTools>,
     time: Res<Time>,
     mut contacts: Local<Vec<Contact>>,
     mut steps: Local<u32>,
+    mut messages: MessageWriter<TissueContact>,
     mut reports: Reports,
     mut diagnostics: ResMut<TissueDiagnostics>,
 ) {
@@ -134,21 +123,31 @@ pub(crate) fn integrate(
                 tissue.solver.set_error_aim_mm(settings.error_aim_mm).ok();
                 tissue.solver.begin_watch();
             }
+            let mut found = collider.take_found();
+            let mut touches = Touches::default();
+            touches.extend(&found);
             for pass in 0..passes {
                 contacts.clear();
                 if collides {
-                    // Contacts found for the messages serve the step too, if nothing was cut since and it is one pass.
-                    let current = passes == 1 && collider.is_current(&Skin::of(&tissue));
-                    let mut found = collider.take_found();
-                    if !current {
-                        tissue.follow();
-                        let skin = Skin::of(&tissue);
-                        collider.update(&skin);
+                    // What was found before the cut serves the step, too, if it is all and nothing was cut since.
+                    if !collider.found_all || !collider.is_current(&Skin::of(&tissue)) {
+                        collider.update(&Skin::of(&tissue));
                         found.clear();
-                        find_contacts(&collider, &skin, &tools, (pass, passes), pass_s, true, &mut found);
+                        let wanted = |tool: &ToolMotion, kind| tool.pushes(kind);
+                        find_contacts(
+                            &collider,
+                            &mut tissue,
+                            &tools,
+                            (pass, passes),
+                            pass_s,
+                            wanted,
+                            &mut found,
+                        );
                     }
                     contacts.extend(found.iter().filter_map(|found| found.contact));
-                    collider.put_found(found);
+                }
+                if collides && !collider.found_all {
+                    touches.extend(&found);
                 }
                 let pass_s = time.delta_secs_f64() / f64::from(passes);
                 match tissue.solver.advance(pass_s, &contacts) {
@@ -166,6 +165,10 @@ pub(crate) fn integrate(
                 }
                 diagnostics.contacts += contacts.len();
             }
+            // They have served: a step without tools finds none.
+            found.clear();
+            collider.put_found(found);
+            touches.tell(entity, &tools, &mut messages);
             if let Some(error) = watched.then(|| tissue.solver.end_watch()).flatten() {
                 diagnostics.error_mm = error as f32;
             }
@@ -180,6 +183,39 @@ pub(crate) fn integrate(
     diagnostics.integrate += spent;
 }
 
+/// What touched a tissue in a step, with the pentahedron that was touched.
+#[derive(Default)]
+struct Touches(Vec<(u32, Found)>);
+
+impl Touches {
+    fn extend(&mut self, found: &[Found]) {
+        let touches = found.iter().filter_map(|found| Some((found.touched()?, *found)));
+        self.0.extend(touches);
+    }
+
+    /// Tells of each part and pentahedron where it was deepest.
+    fn tell(mut self, tissue: Entity, tools: &[ToolMotion], messages: &mut MessageWriter<TissueContact>) {
+        let of = |(pentahedron, found): &(u32, Found)| (found.tool, found.part, *pentahedron);
+        self.0
+            .sort_by(|a, b| of(a).cmp(&of(b)).then(b.1.depth.total_cmp(&a.1.depth)));
+        self.0.dedup_by_key(|touch| of(touch));
+        for (pentahedron, found) in self.0 {
+            let tool = &tools[found.tool as usize];
+            messages.write(TissueContact {
+                tissue,
+                tool: tool.entity,
+                part: found.kind,
+                pentahedron,
+                point: found.point,
+                normal: found.normal,
+                depth_mm: found.depth.max(0.0),
+                kind: found.surface,
+                current: tool.current(found.kind),
+            });
+        }
+    }
+}
+
 /// Remembers where the step left each tool.
 pub(crate) fn remember_tools(mut tools: Query<&mut TissueTool>) {
     for mut tool in &mut tools {
@@ -190,32 +226,36 @@ pub(crate) fn remember_tools(mut tools: Query<&mut TissueTool>) {
     }
 }
 
-/// Appends the contacts of all tools (or of the parts that push) in one pass.
+/// Appends the contacts of those parts of all tools that are wanted in one pass.
 fn find_contacts(
     collider: &Collider,
-    skin: &Skin,
+    tissue: &mut Tissue,
     tools: &[ToolMotion],
     (pass, passes): (u32, u32),
     pass_s: f32,
-    pushing_only: bool,
+    wanted: impl Fn(&ToolMotion, ToolPartKind) -> bool,
     found: &mut Vec<Found>,
 ) {
     let (start, end) = (pass as f32 / passes as f32, (pass + 1) as f32 / passes as f32);
-    let mut faces: Vec<Face> = Vec::new();
+    let mut nearby = Nearby::default();
     for (tool_index, tool) in (0..).zip(tools) {
         for (part_index, part) in (0..).zip(tool.parts(start, end)) {
-            if (!pushing_only || tool.pushes(part.kind)) && collider.may_touch(&part) {
-                contacts::find(
-                    collider,
-                    skin,
-                    &part,
-                    (tool_index, part_index),
-                    tool.pushes(part.kind),
-                    pass_s,
-                    &mut faces,
-                    found,
-                );
+            if !wanted(tool, part.kind) || !collider.may_touch(&part) {
+                continue;
             }
+            let Tissue { solver, fine, .. } = &mut *tissue;
+            if let Some(fine) = fine {
+                fine.bring(solver, collider.chunks_near(&part.to, part.range()));
+            }
+            let search = Search {
+                collider,
+                skin: &Skin::of(tissue),
+                part: &part,
+                number: (tool_index, part_index),
+                pushes: tool.pushes(part.kind),
+                pass_s,
+            };
+            search.find(&mut nearby, found);
         }
     }
 }

@@ -1,0 +1,331 @@
+//! The triangles of a skin in patches: what lies together is found together.
+
+use bevy::{platform::collections::HashMap, prelude::*};
+use resecta_field::CHUNK;
+
+use crate::skin::{Skin, SkinVersion};
+
+/// Most triangles with nodes at their corners that are put into one patch: twice as many or half as many cost a step more.
+const PATCH: usize = 8;
+
+/// Triangles of a patch that have bounds in common.
+const RUN: usize = 16;
+
+/// Triangles that lie together.
+///
+/// Those with a node at a corner are a few a pentahedron, and pentahedra that appeared together share a patch. The others
+/// are a hundred a pentahedron, in a patch of their own: its vertices come in few chunks, which is what makes their places
+/// cheap.
+#[derive(Debug, Default)]
+pub struct Patch {
+    /// The slots of the triangles.
+    slots: Vec<u32>,
+    /// The triangles, divided.
+    pub runs: Vec<Run>,
+    /// The longest edge at rest, mm; infinite where a corner is a node.
+    pub longest_mm: f32,
+    /// The nodes that carry any corner.
+    carriers: Vec<u32>,
+    /// The pentahedra that the triangles belong to.
+    pentahedra: Vec<u32>,
+    /// Whether the bounds are out of date.
+    is_stale: bool,
+    /// Whether triangles or corners are other ones than when it was last looked at.
+    is_changed: bool,
+}
+
+/// Some triangles of a patch that lie closer together.
+#[derive(Debug, Default)]
+pub struct Run {
+    /// The slots of the triangles and their corners.
+    pub triangles: Vec<(u32, [u32; 3])>,
+    /// The corners other than nodes.
+    pub chunks: Vec<ChunkPart>,
+    /// The corners that are nodes.
+    nodes: Vec<u32>,
+    /// The bounds, low and high.
+    pub bounds: (Vec3, Vec3),
+}
+
+/// Some vertices of a chunk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ChunkPart {
+    pub chunk: u32,
+    /// A bit a vertex.
+    pub used: u8,
+}
+
+impl ChunkPart {
+    /// The vertices and their numbers in the chunk.
+    pub fn vertices<'a>(&self, skin: &'a Skin) -> impl Iterator<Item = (usize, u32)> + 'a {
+        let part = *self;
+        let numbers = (0..CHUNK).filter(move |number| part.uses(*number));
+        numbers.map(move |number| (number, skin.vertex_of(part.chunk, number)))
+    }
+
+    fn uses(self, number: usize) -> bool {
+        self.used >> number & 1 == 1
+    }
+}
+
+/// A triangle and the patch it is in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Known {
+    patch: u32,
+    vertices: [u32; 3],
+}
+
+/// Which patch is for the triangles of a pentahedron, those with and those without a node at a corner.
+type Key = (u32, bool);
+
+/// All patches of a skin.
+#[derive(Debug, Default)]
+pub struct Patches {
+    all: Vec<Patch>,
+    /// Patches without a triangle.
+    free: Vec<u32>,
+    of: HashMap<Key, u32>,
+    /// What was in each slot of the surface at the last update; none where the slot was free.
+    slots: Vec<Option<Known>>,
+}
+
+impl Patches {
+    /// A patch.
+    pub fn get(&self, patch: u32) -> &Patch {
+        &self.all[patch as usize]
+    }
+
+    /// The patch that the triangle in a slot is in.
+    #[cfg(test)]
+    pub fn patch_of(&self, slot: u32) -> Option<u32> {
+        self.slots[slot as usize].map(|known| known.patch)
+    }
+
+    /// Takes triangles that went out of their patches and puts those that appeared into some.
+    pub fn update(&mut self, skin: &Skin, before: Option<SkinVersion>) {
+        self.slots.resize(skin.slot_count().max(self.slots.len()), None);
+        match before.and_then(|before| skin.changes_since(before)) {
+            Some(changes) => {
+                self.update_slots(skin, changes.triangles());
+                let mut changed = vec![false; skin.chunk_count()];
+                for chunk in changes.chunks() {
+                    if let Some(changed) = changed.get_mut(chunk as usize) {
+                        *changed = true;
+                    }
+                }
+                // A chunk that is gone has lost its vertices, and the triangles at them.
+                let has_changed = |part: &ChunkPart| changed.get(part.chunk as usize).is_none_or(|changed| *changed);
+                for patch in self.all.iter_mut().filter(|patch| !patch.is_changed) {
+                    patch.is_changed = patch.runs.iter().flat_map(|run| &run.chunks).any(has_changed);
+                }
+            }
+            None => {
+                self.update_slots(skin, 0..self.slots.len() as u32);
+                // The same triangles, perhaps, but their corners may have been put elsewhere.
+                self.all.iter_mut().for_each(|patch| patch.is_changed |= skin.is_fine());
+            }
+        }
+        for number in 0..self.all.len() {
+            if std::mem::take(&mut self.all[number].is_changed) {
+                self.look_at(skin, number as u32);
+            }
+        }
+    }
+
+    fn update_slots(&mut self, skin: &Skin, slots: impl Iterator<Item = u32>) {
+        let mut appeared: Vec<(Key, u32, [u32; 3])> = Vec::new();
+        for slot in slots {
+            let vertices = skin.triangle(slot);
+            let Some(known) = self.slots.get_mut(slot as usize) else {
+                continue;
+            };
+            if vertices == known.map(|known| known.vertices) {
+                continue;
+            }
+            // Gone, or another one in its place.
+            if let Some(Known { patch, .. }) = known.take() {
+                self.all[patch as usize].is_changed = true;
+            }
+            if let Some(vertices) = vertices {
+                let has_node = vertices.iter().any(|&vertex| skin.is_node(vertex));
+                appeared.push(((skin.pentahedron(slot, vertices), has_node), slot, vertices));
+            }
+        }
+        for patch in self.all.iter_mut().filter(|patch| patch.is_changed) {
+            patch.slots.retain(|&slot| self.slots[slot as usize].is_some());
+        }
+        appeared.sort_unstable();
+        appeared.dedup();
+        // The patch begun last for triangles with nodes.
+        let mut begun: Option<u32> = None;
+        for triangles in appeared.chunk_by(|a, b| a.0 == b.0) {
+            let key @ (pentahedron, has_node) = triangles[0].0;
+            let has_room = |patch: &u32, room: usize| !has_node || self.all[*patch as usize].slots.len() < room;
+            let patch = match self.of.get(&key).copied().filter(|patch| has_room(patch, 2 * PATCH)) {
+                Some(patch) => patch,
+                None => {
+                    let begun_one = begun.filter(|patch| has_node && has_room(patch, PATCH));
+                    let patch = begun_one.unwrap_or_else(|| self.begin());
+                    if has_node {
+                        begun = Some(patch);
+                    }
+                    if let Some(former) = self.of.insert(key, patch) {
+                        self.all[former as usize]
+                            .pentahedra
+                            .retain(|&other| other != pentahedron);
+                    }
+                    self.all[patch as usize].pentahedra.push(pentahedron);
+                    patch
+                }
+            };
+            self.all[patch as usize].is_changed = true;
+            for &(_, slot, vertices) in triangles {
+                self.slots[slot as usize] = Some(Known { patch, vertices });
+                self.all[patch as usize].slots.push(slot);
+            }
+        }
+    }
+
+    /// An empty patch.
+    fn begin(&mut self) -> u32 {
+        self.free.pop().unwrap_or_else(|| {
+            self.all.push(Patch::default());
+            self.all.len() as u32 - 1
+        })
+    }
+
+    /// Finds out what a patch that has changed consists of.
+    fn look_at(&mut self, skin: &Skin, number: u32) {
+        let mut patch = std::mem::take(&mut self.all[number as usize]);
+        patch.is_stale = true;
+        let slots = patch.slots.iter();
+        let mut triangles: Vec<(u32, [u32; 3])> = slots
+            .filter_map(|&slot| Some((slot, self.slots[slot as usize]?.vertices)))
+            .collect();
+        if triangles.len() > RUN {
+            sort_by_place(&mut triangles, |vertex| skin.rest_place(vertex));
+        }
+        patch.runs.clear();
+        patch.carriers.clear();
+        for triangles in triangles.chunks(RUN) {
+            let mut run = Run {
+                triangles: triangles.to_vec(),
+                ..default()
+            };
+            for &vertex in triangles.iter().flat_map(|(_, vertices)| vertices) {
+                match skin.chunk(vertex) {
+                    Some((chunk, number)) => run.chunks.push(ChunkPart {
+                        chunk,
+                        used: 1 << number,
+                    }),
+                    None => run.nodes.push(vertex),
+                }
+            }
+            merge(&mut run.chunks);
+            run.nodes.sort_unstable();
+            run.nodes.dedup();
+            let homes = run.chunks.iter().filter_map(|part| skin.chunk_home(part.chunk));
+            let homes = homes.flat_map(|home| skin.solver().pentahedron_nodes(home));
+            patch.carriers.extend(homes.chain(run.nodes.iter().copied()));
+            patch.runs.push(run);
+        }
+        patch.carriers.sort_unstable();
+        patch.carriers.dedup();
+        patch.longest_mm = if patch.runs.iter().all(|run| run.nodes.is_empty()) {
+            let longest = triangles.iter().map(|(_, vertices)| {
+                let [a, b, c] = vertices.map(|vertex| skin.rest_place(vertex));
+                a.distance(b).max(b.distance(c)).max(c.distance(a))
+            });
+            longest.fold(0.0, f32::max)
+        } else {
+            f32::INFINITY
+        };
+        if patch.slots.is_empty() {
+            for &pentahedron in &patch.pentahedra {
+                for has_node in [false, true] {
+                    if self.of.get(&(pentahedron, has_node)) == Some(&number) {
+                        self.of.remove(&(pentahedron, has_node));
+                    }
+                }
+            }
+            patch.pentahedra.clear();
+        }
+        self.all[number as usize] = patch;
+    }
+
+    /// Puts the bounds of what some nodes carry out of date.
+    pub fn have_moved(&mut self, skin: &Skin, nodes: &[u32]) {
+        let mut has_moved = vec![false; skin.solver().node_count()];
+        nodes.iter().for_each(|&node| has_moved[node as usize] = true);
+        for patch in self.all.iter_mut().filter(|patch| !patch.is_stale) {
+            patch.is_stale = patch.carriers.iter().any(|&node| has_moved[node as usize]);
+        }
+    }
+
+    /// Gives the patches whose bounds are out of date others, of where `place` puts the nodes, and calls back with each:
+    /// its number and bounds, none where it has no triangle left.
+    pub fn refresh(
+        &mut self,
+        skin: &Skin,
+        place: impl Fn(u32) -> Vec3,
+        mut told: impl FnMut(u32, Option<(Vec3, Vec3)>),
+    ) {
+        for (number, patch) in (0u32..).zip(&mut self.all) {
+            if !std::mem::take(&mut patch.is_stale) {
+                continue;
+            }
+            if patch.slots.is_empty() {
+                self.free.push(number);
+                told(number, None);
+                continue;
+            }
+            let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+            for run in &mut patch.runs {
+                run.bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+                let mut hold = |place: Vec3| {
+                    run.bounds = (run.bounds.0.min(place), run.bounds.1.max(place));
+                };
+                run.nodes.iter().for_each(|&node| hold(place(node)));
+                for part in &run.chunks {
+                    let places = skin.chunk_places(part.chunk, &place).unwrap_or_default();
+                    let used = places.into_iter().enumerate().filter(|(number, _)| part.uses(*number));
+                    used.for_each(|(_, place)| hold(place));
+                }
+                (low, high) = (low.min(run.bounds.0), high.max(run.bounds.1));
+            }
+            told(number, Some((low, high)));
+        }
+    }
+}
+
+/// Brings the parts of each chunk together, by rising chunk.
+pub fn merge(parts: &mut Vec<ChunkPart>) {
+    parts.sort_unstable();
+    parts.dedup_by(|next, kept| {
+        let is_same = next.chunk == kept.chunk;
+        if is_same {
+            kept.used |= next.used;
+        }
+        is_same
+    });
+}
+
+/// Puts triangles into an order that keeps close what lies close together: by octants of their middles, from the largest
+/// octants to the smallest.
+fn sort_by_place(triangles: &mut [(u32, [u32; 3])], place: impl Fn(u32) -> Vec3) {
+    /// Halvings of the longest side.
+    const HALVINGS: u32 = 5;
+    let middle = |vertices: &[u32; 3]| vertices.map(&place).iter().sum::<Vec3>() / 3.0;
+    let middles = triangles.iter().map(|(_, vertices)| middle(vertices));
+    let (low, high) = middles.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), place| {
+        (low.min(place), high.max(place))
+    });
+    let size = (high - low).max_element().max(f32::MIN_POSITIVE);
+    let scale = ((1 << HALVINGS) - 1) as f32 / size;
+    triangles.sort_by_cached_key(|(slot, vertices)| {
+        let halves = ((middle(vertices) - low) * scale).as_uvec3().to_array();
+        let octants = (0..HALVINGS).rev().map(|bit| halves.map(|half| half >> bit & 1));
+        let number = octants.flatten().fold(0u32, |number, half| number << 1 | half);
+        (number, *slot)
+    });
+}

@@ -1,0 +1,108 @@
+//! Where a part and the tissue touch, and which way the tissue gives way.
+
+use bevy::prelude::*;
+use resecta_solver::Contact;
+
+use super::{closest::ClosestPoints, sweep::PartSweep};
+use crate::{skin::Skin, tool::ToolPartKind};
+
+/// How fast tissue that a tool already overlaps is moved out of it, mm/s, on top of the tool's own motion. A tool that is
+/// put into tissue at once distends it in some steps instead of throwing it aside in one.
+const RECOVERY_MM_PER_S: f32 = 60.0;
+/// Below this distance the direction between two points is noise, mm.
+pub const NO_DIRECTION_MM: f32 = 1e-4;
+/// A face runs along a sheath if the cosine between its normal and the sheath's axis is below this (45 degrees).
+const WALL_SLOPE: f32 = 0.7;
+/// Points ahead of a round tip and nearer to its axis than this share of its radius are pushed ahead.
+const NO_SIDE_SHARE: f32 = 0.2;
+
+/// The points of a part and of the tissue that touch, and the direction in which the tissue gives way.
+#[derive(Debug, Clone, Copy)]
+pub struct Touch {
+    pub closest: ClosestPoints,
+    pub normal: Vec3,
+    /// How far from the point of the axis, along the normal, the part's surface is, mm.
+    pub reach: f32,
+}
+
+impl Touch {
+    /// How a part outside of the tissue touches a vertex of it, if it comes within `range` of its axis. `outward` is the
+    /// direction out of the tissue there.
+    pub fn of_vertex(part: &PartSweep, point: Vec3, outward: Vec3, range: f32) -> Option<Touch> {
+        let share = part.to.share_nearest(point);
+        let on_segment = part.to.at(share);
+        let away = point - on_segment;
+        let squared = away.length_squared();
+        if squared > range * range || squared <= NO_DIRECTION_MM * NO_DIRECTION_MM || outward.dot(away) > 0.0 {
+            return None;
+        }
+        // All three vertices of the contact are this one, so one weight is enough.
+        let closest = ClosestPoints {
+            share,
+            on_segment,
+            weights: [1.0, 0.0, 0.0],
+            on_triangle: point,
+        };
+        Some(Touch::outside(part, closest, outward))
+    }
+
+    /// Tissue gives way straight from the axis; but a wall that runs along a sheath is spread by the sheath's round tip
+    /// rather than driven ahead of it, as a lumen is that a sheath enters.
+    pub fn outside(part: &PartSweep, closest: ClosestPoints, outward: Vec3) -> Touch {
+        let away = closest.on_triangle - closest.on_segment;
+        let straight = Touch {
+            closest,
+            normal: away.normalize_or(-outward),
+            reach: part.radius,
+        };
+        let forward = match closest.share {
+            _ if part.kind != ToolPartKind::Sheath => return straight,
+            0.0 => (part.to.a - part.to.b).normalize_or_zero(),
+            1.0 => (part.to.b - part.to.a).normalize_or_zero(),
+            _ => return straight,
+        };
+        let ahead = forward.dot(away);
+        let sideways = away - forward * ahead;
+        let runs_along = outward.dot(forward).abs() < WALL_SLOPE;
+        if !runs_along || ahead >= part.radius || sideways.length() < part.radius * NO_SIDE_SHARE {
+            return straight;
+        }
+        let reach = (part.radius * part.radius - ahead * ahead).max(0.0).sqrt();
+        Touch {
+            closest,
+            normal: sideways.normalize(),
+            reach,
+        }
+    }
+
+    /// Where the point is to be along the normal at the end of the pass, and where it is, mm.
+    fn goal_and_now(&self) -> (f32, f32) {
+        (
+            self.normal.dot(self.closest.on_segment) + self.reach,
+            self.normal.dot(self.closest.on_triangle),
+        )
+    }
+
+    /// How far the part would reach past the point, mm.
+    pub fn depth(&self) -> f32 {
+        let (goal, now) = self.goal_and_now();
+        goal - now
+    }
+
+    pub fn contact(&self, skin: &Skin, part: &PartSweep, vertices: [u32; 3], pass_s: f32) -> Contact {
+        let (point, off) = skin.point(vertices, self.closest.weights);
+        let off = self.normal.dot(off);
+        let (goal, now) = self.goal_and_now();
+        let start = part.from.at(self.closest.share);
+        let offset_start = now.min(self.normal.dot(start) + self.reach).min(goal);
+        // A round tip spreads tissue at most about as fast as it moves, until it is deep in it.
+        let motion = start.distance(self.closest.on_segment);
+        let offset_end = goal.min(offset_start + 2.0 * motion + RECOVERY_MM_PER_S * pass_s);
+        Contact {
+            point,
+            normal: self.normal,
+            offset_start: offset_start + off,
+            offset_end: offset_end + off,
+        }
+    }
+}
