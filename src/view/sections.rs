@@ -13,7 +13,7 @@ use bevy::{
 };
 use resecta_anatomy::wedge;
 use resecta_scenario::ActiveExercise;
-use resecta_tissue::Tissue;
+use resecta_tissue::{Field, Tissue};
 
 use super::{
     OUTSIDE_LAYER, ViewSystems,
@@ -41,8 +41,8 @@ struct SectionRegion {
     pentahedra: Vec<u32>,
     /// The pentahedron behind each face of each of them, as it was before any cut.
     neighbours: Vec<[u32; FACES]>,
-    /// Version of the gland's surface that the corners below belong to.
-    topology: Option<u64>,
+    /// The surface that the corners below belong to: whether it is finer than the pentahedra, and its version.
+    topology: Option<(bool, u64)>,
     /// Nodes of the boundary's triangles.
     corners: Vec<[u32; 3]>,
 }
@@ -117,10 +117,13 @@ fn redraw(
             continue;
         };
         let solver = tissue.solver();
-        let version = solver.surface().version();
+        let version = match tissue.field() {
+            Some(field) => (true, field.surface().version()),
+            None => (false, solver.surface().version()),
+        };
         if region.topology != Some(version) {
             region.topology = Some(version);
-            let colours = region.find_boundary(solver);
+            let colours = region.find_boundary(tissue);
             mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, colours);
         }
         let corners = region.corners.as_flattened().iter();
@@ -131,17 +134,21 @@ fn redraw(
 
 impl SectionRegion {
     /// Finds the boundary of what is left of the region. Returns a colour a corner: alpha 0 where the boundary is the
-    /// gland's own surface.
-    fn find_boundary(&mut self, solver: &resecta_solver::Tissue) -> Vec<[f32; 4]> {
+    /// gland's own surface. A pentahedron that is cut finely counts while half of it is left.
+    fn find_boundary(&mut self, tissue: &Tissue) -> Vec<[f32; 4]> {
+        let solver = tissue.solver();
+        let is_there = |pentahedron: u32| {
+            let is_left = |field: &Field| field.fill(pentahedron) >= 0.5;
+            solver.is_pentahedron_alive(pentahedron) && tissue.field().is_none_or(is_left)
+        };
         let members: BTreeSet<u32> = self.pentahedra.iter().copied().collect();
         let mut colours = Vec::new();
         self.corners.clear();
-        let living = (self.pentahedra.iter().zip(&self.neighbours))
-            .filter(|&(&pentahedron, _)| solver.is_pentahedron_alive(pentahedron));
-        for (&pentahedron, neighbours) in living {
+        let there = (self.pentahedra.iter().zip(&self.neighbours)).filter(|&(&pentahedron, _)| is_there(pentahedron));
+        for (&pentahedron, neighbours) in there {
             let nodes = solver.pentahedron_nodes(pentahedron);
             for (face, &neighbour) in neighbours.iter().enumerate() {
-                let is_exposed = neighbour == NONE || !solver.is_pentahedron_alive(neighbour);
+                let is_exposed = neighbour == NONE || !is_there(neighbour);
                 if !is_exposed && members.contains(&neighbour) {
                     continue;
                 }
