@@ -1,5 +1,7 @@
 //! Cuts finer than the elements: the field beside a tissue's solver, its surface where the tissue is, and strokes.
 
+use std::collections::BTreeSet;
+
 use bevy::prelude::*;
 use resecta_anatomy::wedge;
 use resecta_field::{CHUNK, Chip, Field, FieldError, LoopStroke, Surface, SurfaceKind, Tool};
@@ -9,6 +11,10 @@ use crate::change_log::{ChangeLog, ChangesSince};
 
 /// Pieces that hang by nothing come free up to this volume, mm³; a larger one is a part of the organ.
 const LARGEST_PIECE_MM3: f64 = 3000.0;
+
+/// A pentahedron of which less than this share is left and that has been turned inside out is a flap: the next stroke takes
+/// it along. Springs do not turn it back, and what is left of it weighs little. Our choice.
+const FLAP_SHARE: f64 = 0.25;
 
 /// A touch of a wire under coagulating current coagulates tissue within this distance of it, mm, to this depth below, mm.
 /// Our choice: monopolar coagulation whitens some millimetre of tissue.
@@ -31,6 +37,8 @@ pub(crate) struct Fine {
     brought: Vec<u32>,
     followed: u32,
     changes: ChangeLog,
+    /// Pentahedra of which a part is gone.
+    partial: BTreeSet<u32>,
     strokes: Vec<Stroke>,
     /// Whether a chip is under way, and whether the present step has added to it.
     chip: Option<ChipUnderWay>,
@@ -98,6 +106,7 @@ impl Fine {
             brought: Vec::new(),
             followed: 0,
             changes: ChangeLog::default(),
+            partial: BTreeSet::new(),
             strokes: Vec::new(),
             chip: None,
         })
@@ -247,6 +256,13 @@ impl Fine {
                 capsule_mm2,
             });
         }
+        self.partial.extend(&reached);
+        let flaps = self.flaps(solver);
+        if !flaps.is_empty() {
+            let freed = self.field.empty(&flaps)?;
+            capsule_mm2 += freed.capsule_mm2;
+            reached.extend(freed.removed.iter().map(|(pentahedron, _)| *pentahedron));
+        }
         let is_held = |pentahedron: u32| solver.capsule_area_mm2(pentahedron) > 0.0;
         let most = LARGEST_PIECE_MM3.min(0.5 * self.field.volume_mm3());
         let pieces = self.field.loose_pieces(&reached, most, is_held);
@@ -255,9 +271,9 @@ impl Fine {
             let freed = self.field.empty(&loose)?;
             capsule_mm2 += freed.capsule_mm2;
             reached.extend(freed.removed.iter().map(|(pentahedron, _)| *pentahedron));
-            reached.sort_unstable();
-            reached.dedup();
         }
+        reached.sort_unstable();
+        reached.dedup();
         self.note_changes();
         match &mut self.chip {
             Some(chip) => chip.grew = true,
@@ -268,6 +284,16 @@ impl Fine {
             left: reached.into_iter().map(left).collect(),
             capsule_mm2,
         })
+    }
+
+    /// The flaps of the tissue. Forgets pentahedra of which nothing is left.
+    fn flaps(&mut self, solver: &resecta_solver::Tissue) -> Vec<u32> {
+        let field = &self.field;
+        self.partial.retain(|&pentahedron| field.fill(pentahedron) > 0.0);
+        let partial = self.partial.iter().copied();
+        partial
+            .filter(|&pentahedron| field.fill(pentahedron) < FLAP_SHARE && solver.volume_of(pentahedron) <= 0.0)
+            .collect()
     }
 
     /// Coagulates the tissue around a point.
@@ -289,5 +315,63 @@ impl Fine {
         // Refused only for places that are not finite, which no tissue has.
         let chip = self.field.take_chip(&self.nodes).ok().flatten()?;
         Some((tool, chip))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bevy::math::DVec3;
+    use resecta_solver::{Material, TissueMesh};
+
+    /// A row of cubes of 2 mm, two pentahedra each.
+    fn row(cubes: u32) -> resecta_solver::Tissue {
+        let corner = |n: u32| DVec3::new((n / 4).into(), (n / 2 % 2).into(), (n % 2).into()) * 2.0;
+        let pentahedra = (0..cubes).flat_map(|cube| {
+            let c = |x: u32, y: u32, z: u32| 4 * (cube + x) + 2 * y + z;
+            [
+                [c(0, 0, 0), c(1, 1, 0), c(1, 0, 0), c(0, 0, 1), c(1, 1, 1), c(1, 0, 1)],
+                [c(0, 0, 0), c(0, 1, 0), c(1, 1, 0), c(0, 0, 1), c(0, 1, 1), c(1, 1, 1)],
+            ]
+        });
+        let mesh = TissueMesh::from_pentahedra((0..4 * (cubes + 1)).map(corner).collect(), pentahedra.collect());
+        resecta_solver::Tissue::new(&mesh, &Material::default()).expect("a row is a tissue")
+    }
+
+    #[test]
+    fn a_stroke_takes_flaps_along_and_nothing_that_is_whole_or_upright() {
+        let mut solver = row(6);
+        let mut fine = Fine::new(&solver, 0.4).expect("a row can be cut");
+        let ball = |x: f64, radius_mm| Tool::Sphere {
+            centre: DVec3::new(x, 1.0, 1.0),
+            radius_mm,
+        };
+        // Leaves the corners of the first cube's far end.
+        fine.cut(&solver, None, &ball(-0.6, 2.0)).expect("a plain ball");
+        let thin =
+            (0..2).find(|&pentahedron| (f64::MIN_POSITIVE..FLAP_SHARE).contains(&fine.field().fill(pentahedron)));
+        let thin = thin.expect("little is left of one");
+        fine.cut(&solver, None, &ball(12.0, 0.5)).expect("a plain ball");
+        assert!(fine.field().fill(thin) > 0.0, "it stands upright");
+
+        // The near end goes through the far end of the second cube: all of both is inside out.
+        for node in 0..4 {
+            let place = solver.position(node);
+            solver
+                .set_position(node, place + Vec3::X * 6.0)
+                .expect("a finite place");
+        }
+        assert!(solver.volume_of(thin) < 0.0);
+        let before = fine.field().volume_mm3();
+        let kept = fine.field().kept_mm3(thin);
+        let other = fine.field().fill(1 - thin);
+        let taken = fine.cut(&solver, None, &ball(12.0, 0.7)).expect("a plain ball");
+        assert_eq!(fine.field().fill(thin), 0.0, "a flap goes");
+        assert!(taken.left.contains(&(thin, 0.0)));
+        assert!(before - fine.field().volume_mm3() >= kept);
+        assert!(other > FLAP_SHARE, "the scene is to hold a larger one, too");
+        // But for the points that it shared with the flap.
+        assert!(fine.field().fill(1 - thin) > 0.98 * other, "it stays");
+        assert!((2..10).all(|pentahedron| fine.field().fill(pentahedron) == 1.0));
     }
 }
