@@ -65,8 +65,8 @@ pub struct Models {
     /// What a cut takes: `Sweep`, the volume swept by the loop (default), or `Sphere(radius_mm: 5.0)`, the papers' rule.
     #[serde(with = "CuttingRuleText")]
     pub cutting: CuttingRule,
-    /// How finely: `Elements`, whole ones as in the papers (default), or `Field(spacing_mm: 0.5)`, a boundary inside the volume
-    /// elements with points no further apart.
+    /// How finely: `Field(spacing_mm: 0.5)`, a boundary inside the volume elements with points no further apart (default), or
+    /// `Elements`, whole ones as in the papers.
     #[serde(with = "CutDetailText")]
     pub detail: CutDetail,
 }

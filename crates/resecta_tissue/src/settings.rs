@@ -46,17 +46,23 @@ impl Default for TissueSettings {
 }
 
 /// How finely a tissue is cut. Read when the app has both the tissue and a tool with a loop; after that it stays.
-#[derive(Reflect, Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Reflect, Debug, Clone, Copy, PartialEq)]
 pub enum CutDetail {
     /// Whole pentahedra go, as in the papers.
-    #[default]
     Elements,
     /// A boundary inside the pentahedra: what the loop sweeps goes, and what is left of a pentahedron weighs and pulls less.
-    /// Tools find contacts among many more triangles: a scene in which they lie in what was cut costs several times as much.
+    /// Tools find contacts among many more triangles: a step in which they lie in what was cut costs about twice as much.
     Field {
         /// Longest distance between its points at rest, mm; above 0 and at least a 32nd of the longest edge.
         spacing_mm: f32,
     },
+}
+
+impl Default for CutDetail {
+    /// A boundary half a millimetre fine: cut surfaces look cut, and volumes are right to 1 % (`docs/accuracy/cuts.md`).
+    fn default() -> Self {
+        CutDetail::Field { spacing_mm: 0.5 }
+    }
 }
 
 /// What a cutting loop takes away when it touches.
