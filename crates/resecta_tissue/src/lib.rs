@@ -34,9 +34,9 @@
 //! |---|---|
 //! | the order of a step | `plugin.rs` |
 //! | how edits reach the solver and results the components | `gather.rs`, `write_back.rs` |
-//! | how tools push | `collide/` |
+//! | how tools push | `collide/`: what is near in `collider.rs` and `patches.rs`, what becomes a contact in `contacts.rs` |
 //! | how loops cut, and how finely | `cut.rs`, `fine.rs` |
-//! | the surface that is touched and drawn | `skin.rs` |
+//! | the surface that is touched and drawn, and what cuts changed of it | `skin.rs`, `change_log.rs` |
 //! | the visible mesh | `surface_mesh.rs` |
 //!
 //! What is off costs nothing: [`TissueSettings`] switches collapse, collision and the mesh a tissue, and an app without

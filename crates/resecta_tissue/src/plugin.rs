@@ -52,11 +52,11 @@ pub enum TissueSystems {
     First,
     /// New tissues get their parts; edits and despawned parts reach the solver.
     Prepare,
-    /// Tools are read, contacts are found and told. Skipped where nothing can collide.
+    /// Tools are read, and contacts found in the tissue as it lies. Skipped where nothing can collide.
     Collide,
     /// Loops cut; pieces that a cut leaves hanging by nothing come free with it. Skipped without a tool.
     Resect,
-    /// The tissue moves, pushed by tools.
+    /// The tissue moves, pushed by tools; what touched it is told.
     Integrate,
     /// Positions and velocities are written to the components.
     WriteBack,
