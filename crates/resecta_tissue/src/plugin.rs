@@ -54,7 +54,7 @@ pub enum TissueSystems {
     Prepare,
     /// Tools are read, and contacts found in the tissue as it lies. Skipped where nothing can collide.
     Collide,
-    /// Loops cut; pieces that a cut leaves hanging by nothing come free with it. Skipped without a tool.
+    /// Loops cut; pieces that a cut leaves hanging by nothing come free with it. Chips that are whole are told.
     Resect,
     /// The tissue moves, pushed by tools; what touched it is told.
     Integrate,
@@ -110,7 +110,7 @@ impl Plugin for TissuePlugin {
                 (collide::read_tools, collide::collide.run_if(collide::any_collision))
                     .chain()
                     .in_set(TissueSystems::Collide),
-                cut::cut.run_if(collide::any_tool).in_set(TissueSystems::Resect),
+                cut::cut.in_set(TissueSystems::Resect),
                 collide::integrate.in_set(TissueSystems::Integrate),
                 (
                     write_back::write_back,

@@ -94,6 +94,28 @@ fn a_stroke_takes_what_the_loop_sweeps_to_one_in_a_hundred() {
 }
 
 #[test]
+fn a_chip_is_told_though_its_tool_is_gone() {
+    let mut theatre = Theatre::new(settings());
+    for y in [12.0, 11.2, 10.4, 9.6, 8.8, 8.0] {
+        let mut tool = theatre.app.world_mut().get_mut::<TissueTool>(theatre.tool).unwrap();
+        tool.cutting = true;
+        tool.pose = pose(y);
+        theatre.step();
+    }
+    assert!(
+        theatre.removed() > 0.0 && theatre.chips.is_empty(),
+        "the stroke goes on"
+    );
+    theatre.app.world_mut().despawn(theatre.tool);
+    theatre.step();
+    theatre.step();
+    let [chip] = &theatre.chips[..] else {
+        panic!("{} chips", theatre.chips.len())
+    };
+    assert_eq!(chip.tool, Some(theatre.tool));
+}
+
+#[test]
 fn what_messages_chips_and_the_tissue_say_is_the_same_volume() {
     let mut theatre = Theatre::new(settings());
     theatre.stroke();
