@@ -421,10 +421,11 @@ mod tests {
         (axis(), axis(), axis()).prop_map(Vec3::from)
     }
 
-    /// What is done to a block between two looks: where nodes move, how far, what is cut.
-    fn deed() -> impl Strategy<Value = (Vec3, Vec3, Option<u32>)> {
+    /// What is done to a block between two looks: where nodes move, how far, what is cut, and whether what the collider knows
+    /// of the surface is too old to go on from.
+    fn deed() -> impl Strategy<Value = (Vec3, Vec3, Option<u32>, bool)> {
         let way = (-0.6..0.6f32, -0.6..0.6f32, -0.6..0.6f32).prop_map(Vec3::from);
-        (place(), way, proptest::option::of(0..2 * CUBES.pow(3)))
+        (place(), way, proptest::option::of(0..2 * CUBES.pow(3)), any::<bool>())
     }
 
     proptest! {
@@ -438,7 +439,10 @@ mod tests {
             if is_fine {
                 tissue.fine = Some(Fine::new(&tissue.solver, 0.7).expect("a block can be cut"));
             }
-            for ((middle, way, cut), a, b) in deeds {
+            for ((middle, way, cut, is_too_old), a, b) in deeds {
+                if is_too_old {
+                    kept.topology = None;
+                }
                 for node in 0..tissue.solver.node_count() as u32 {
                     let place = tissue.solver.position(node);
                     let share = (1.0 - 0.2 * place.distance(middle)).max(0.0);
@@ -454,6 +458,7 @@ mod tests {
                 let skin = Skin::of(&tissue);
                 kept.update(&skin);
                 prop_assert!(holds_every_face(&kept, &skin));
+                prop_assert!(kept.patches.are_consistent());
                 let mut anew = Collider::default();
                 anew.update(&skin);
                 for radius in [0.3, 2.0] {

@@ -32,7 +32,7 @@ const CORNER_WEIGHT: f32 = 0.999;
 /// What a contact holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Held {
-    /// The point of a face nearest to the part. Told in messages.
+    /// The point of a face nearest to the part.
     Face {
         /// Slot of the face in the surface.
         slot: u32,

@@ -101,6 +101,16 @@ impl Patches {
         self.slots[slot as usize].map(|known| known.patch)
     }
 
+    /// Whether every patch is either free, once, or has triangles that know it.
+    #[cfg(test)]
+    pub fn are_consistent(&self) -> bool {
+        (0u32..).zip(&self.all).all(|(number, patch)| {
+            let free = self.free.iter().filter(|free| **free == number).count();
+            let is_home = |slot: &u32| self.patch_of(*slot) == Some(number);
+            free == usize::from(patch.slots.is_empty()) && patch.slots.iter().all(is_home)
+        })
+    }
+
     /// Takes triangles that went out of their patches and puts those that appeared into some.
     pub fn update(&mut self, skin: &Skin, before: Option<SkinVersion>) {
         self.slots.resize(skin.slot_count().max(self.slots.len()), None);
@@ -122,7 +132,8 @@ impl Patches {
             None => {
                 self.update_slots(skin, 0..self.slots.len() as u32);
                 // The same triangles, perhaps, but their corners may have been put elsewhere.
-                self.all.iter_mut().for_each(|patch| patch.is_changed |= skin.is_fine());
+                let used = self.all.iter_mut().filter(|patch| !patch.slots.is_empty());
+                used.for_each(|patch| patch.is_changed |= skin.is_fine());
             }
         }
         for number in 0..self.all.len() {
