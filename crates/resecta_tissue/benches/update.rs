@@ -2,9 +2,8 @@
 //!
 //! Tubes with diagonals, from a thousand nodes to a hundred thousand, in an app without a window. Five acts: a tissue at
 //! `rest`; a sheath that moves to and fro in the lumen (`press`); a resection an update, each in a new place (`cut`); a loop drawn
-//! through the wall, cut finer than the elements (`stroke`); a system that
-//! edits every node (`edit`). Stages are what `TissueDiagnostics` times; `update` is all of `App::update`. Ends with
-//! a table of medians in Markdown. Compare within one run only.
+//! through the wall, cut finer than the elements (`stroke`); a system that edits every node (`edit`). Stages are what
+//! `TissueDiagnostics` times; `update` is all of `App::update`. Ends with a table of medians in Markdown. Compare within one run only.
 //!
 //! A million nodes are left out: with springs and pentahedra that tube is eleven million entities, and building the app for
 //! every six cuts would take longer than all else. `resecta_solver`'s benchmark goes that far.
