@@ -264,7 +264,8 @@ impl Fine {
             reached.extend(freed.removed.iter().map(|(pentahedron, _)| *pentahedron));
         }
         let is_held = |pentahedron: u32| solver.capsule_area_mm2(pentahedron) > 0.0;
-        let most = LARGEST_PIECE_MM3.min(0.5 * self.field.volume_mm3());
+        let left_mm3 = self.field.initial_volume_mm3() - self.field.removed_mm3();
+        let most = LARGEST_PIECE_MM3.min(0.5 * left_mm3);
         let pieces = self.field.loose_pieces(&reached, most, is_held);
         let loose: Vec<u32> = pieces.into_iter().flat_map(|piece| piece.pentahedra).collect();
         if !loose.is_empty() {
