@@ -106,7 +106,10 @@ pub(crate) fn integrate(
     mut diagnostics: ResMut<TissueDiagnostics>,
 ) {
     if time.delta().is_zero() {
-        // A paused clock in a schedule that runs every frame.
+        // A paused clock in a schedule that runs every frame. Tools may be gone when it goes on.
+        tissues
+            .iter_mut()
+            .for_each(|(.., mut collider)| collider.put_found(Vec::new()));
         return;
     }
     let mut spent = std::time::Duration::ZERO;
@@ -145,9 +148,9 @@ pub(crate) fn integrate(
                         );
                     }
                     contacts.extend(found.iter().filter_map(|found| found.contact));
-                }
-                if collides && !collider.found_all {
-                    touches.extend(&found);
+                    if !collider.found_all {
+                        touches.extend(&found);
+                    }
                 }
                 let pass_s = time.delta_secs_f64() / f64::from(passes);
                 match tissue.solver.advance(pass_s, &contacts) {

@@ -102,6 +102,31 @@ fn the_plugin_runs_in_the_schedule_it_is_given() {
 }
 
 #[test]
+fn a_tool_that_goes_while_the_clock_is_paused_touches_nothing_after() {
+    let step = |milliseconds| TimeUpdateStrategy::ManualDuration(std::time::Duration::from_millis(milliseconds));
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, TissuePlugin::new(PostUpdate)))
+        .insert_resource(step(10));
+    app.world_mut().spawn(Tissue::new(small_block()));
+    let pose = Isometry3d::from_translation(Vec3::new(0.0, 0.0, 11.5));
+    let tool = app.world_mut().spawn(sheath_tool(pose)).id();
+    app.update();
+    app.update();
+    assert!(
+        !messages::<TissueContact>(&app).is_empty(),
+        "the sheath rests on the block"
+    );
+    app.insert_resource(step(0));
+    app.update();
+    app.world_mut().despawn(tool);
+    app.insert_resource(step(10));
+    for _ in 0..3 {
+        app.update();
+    }
+    assert!(messages::<TissueContact>(&app).is_empty());
+}
+
+#[test]
 fn the_public_types_are_registered_for_reflection() {
     let app = app();
     let registry = app.world().resource::<AppTypeRegistry>().read();
