@@ -82,3 +82,18 @@ pub fn normalized(a: &[Lanes; 3]) -> [Lanes; 3] {
     }
     out
 }
+
+/// Of unit length; zero where it is shorter than single precision tells.
+#[inline(always)]
+pub fn normalized_or_zero(a: &[Lanes; 3]) -> [Lanes; 3] {
+    let squares = dot(a, a);
+    let mut out = [[0.0; LANES]; 3];
+    for l in 0..LANES {
+        let is_long = f32::from(u8::from(squares[l] > f32::MIN_POSITIVE));
+        let scale = is_long / squares[l].max(f32::MIN_POSITIVE).sqrt();
+        out[0][l] = a[0][l] * scale;
+        out[1][l] = a[1][l] * scale;
+        out[2][l] = a[2][l] * scale;
+    }
+    out
+}

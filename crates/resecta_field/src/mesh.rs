@@ -216,7 +216,16 @@ impl Mesh {
 
     #[inline(always)]
     pub fn carrier(&self, pentahedron: u32, position: impl Fn(u32) -> Vec3) -> Carrier {
-        Carrier::new(self.pentahedra[pentahedron as usize].map(position))
+        // Written out: `map` is not inlined here, and this is where most surface vertices are.
+        let [a, b, c, d, e, f] = self.pentahedra[pentahedron as usize];
+        Carrier::new([
+            position(a),
+            position(b),
+            position(c),
+            position(d),
+            position(e),
+            position(f),
+        ])
     }
 
     /// Refuses positions that are not one finite place a node.

@@ -38,25 +38,26 @@ impl Carrier {
         out
     }
 
+    /// Derivatives at one place.
+    #[inline(always)]
+    pub fn axes(&self, [a, b, t]: [f32; 3]) -> [Vec3; 3] {
+        let c = &self.0;
+        [c[1] + c[4] * t, c[2] + c[5] * t, c[3] + c[4] * a + c[5] * b]
+    }
+
     /// Derivatives, each by component.
     #[inline(always)]
     pub fn jacobian(&self, [a, b, t]: &[Lanes; 3]) -> [[Lanes; 3]; 3] {
         let c = &self.0;
-        let axis = |[p, q, r]: [usize; 3], x: &Lanes, y: &Lanes| -> [Lanes; 3] {
-            let mut out = [[0.0; LANES]; 3];
-            for n in 0..3 {
-                for l in 0..LANES {
-                    out[n][l] = c[p][n] + c[q][n] * x[l] + c[r][n] * y[l];
-                }
+        let mut out = [[[0.0; LANES]; 3]; 3];
+        for n in 0..3 {
+            for l in 0..LANES {
+                out[0][n][l] = c[1][n] + c[4][n] * t[l];
+                out[1][n][l] = c[2][n] + c[5][n] * t[l];
+                out[2][n][l] = c[3][n] + c[4][n] * a[l] + c[5][n] * b[l];
             }
-            out
-        };
-        let zero = [0.0; LANES];
-        [
-            axis([1, 4, 4], t, &zero),
-            axis([2, 5, 5], t, &zero),
-            axis([3, 4, 5], a, b),
-        ]
+        }
+        out
     }
 }
 

@@ -14,6 +14,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::changes::Marked;
+use crate::lanes;
 use crate::mesh::Mesh;
 use crate::shape::{self, Shape};
 use crate::sublattice::{LANES, Lanes, face_corners};
@@ -315,16 +316,8 @@ impl Vertices {
                 }
             }
         }
-        let [x, y, z] = &normal;
-        let scale: Lanes = std::array::from_fn(|l| {
-            let square = x[l] * x[l] + y[l] * y[l] + z[l] * z[l];
-            if square > f32::MIN_POSITIVE {
-                1.0 / square.sqrt()
-            } else {
-                0.0
-            }
-        });
-        std::array::from_fn(|l| Vec3::new(x[l], y[l], z[l]) * scale[l])
+        let [x, y, z] = lanes::normalized_or_zero(&normal);
+        std::array::from_fn(|l| Vec3::new(x[l], y[l], z[l]))
     }
 
     /// Where the vertices are with the nodes at `positions`, one a node.
@@ -344,10 +337,8 @@ impl Vertices {
                 *out = if pentahedron == NONE {
                     Vec3::ZERO
                 } else {
-                    let place = corner_place(corner).map(|component| [component; LANES]);
                     let carrier = mesh.carrier(pentahedron, |node| positions[node as usize]);
-                    let axes = carrier.jacobian(&place).map(|[x, y, z]| Vec3::new(x[0], y[0], z[0]));
-                    carry(at_node.normal, axes)
+                    carry(at_node.normal, carrier.axes(corner_place(corner)))
                 };
             }
         };
