@@ -1,7 +1,7 @@
 //! Which slots changed, so that a mesh's buffers are written only there.
 
 /// Slots of the surface that were written since the last time they were asked for, rising. A slot that was freed is
-/// among them; one that did not exist before is too.
+/// among them, of triangles also one that is no more; one that did not exist before is too.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Changes {
     /// Vertex slots: carrier, normal, kind or coagulation are other than before. Where a vertex is changes with every
@@ -29,13 +29,12 @@ impl Marked {
         }
     }
 
-    /// All slots below `count`, rising; none is marked after.
-    pub fn take(&mut self, count: usize) -> Vec<u32> {
+    /// All slots, rising; none is marked after.
+    pub fn take(&mut self) -> Vec<u32> {
         let mut slots = std::mem::take(&mut self.slots);
         for &slot in &slots {
             self.is_marked[slot as usize] = false;
         }
-        slots.retain(|&slot| (slot as usize) < count);
         slots.sort_unstable();
         slots
     }

@@ -124,6 +124,7 @@ impl Surface {
         moved: &[u32],
         turned: &[u32],
     ) {
+        self.version += 1;
         self.pieces.resize_with(points.cell_count(), Piece::default);
         self.point_slots.resize(points.values.len(), NONE);
         let mut gathered = Gathered::default();

@@ -73,7 +73,7 @@ pub struct Surface {
     pub(crate) point_slots: Vec<u32>,
     /// Triangle slots changed since they were last asked for.
     changes: Marked,
-    version: u64,
+    pub(crate) version: u64,
     /// See [`Mesh`].
     orders: Arc<[[u8; 6]]>,
 }
@@ -162,7 +162,6 @@ impl Surface {
             }
             slot = next;
         }
-        self.version += 1;
     }
 
     /// Whether a touched pentahedron has neither triangles nor vertices.
@@ -193,13 +192,15 @@ impl Surface {
 
     /// Slots changed since the last time.
     pub(crate) fn take_changes(&mut self) -> Changes {
+        let mut vertices = self.vertices.changes.take();
+        vertices.retain(|&vertex| (vertex as usize) < self.vertices.len());
         Changes {
-            vertices: self.vertices.changes.take(self.vertices.len()),
-            triangles: self.changes.take(self.triangles.len()),
+            vertices,
+            triangles: self.changes.take(),
         }
     }
 
-    /// Rises with every change of the triangles.
+    /// Rises with every change of the triangles, and of what the vertices are and where in their pentahedra.
     pub fn version(&self) -> u64 {
         self.version
     }
