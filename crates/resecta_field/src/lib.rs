@@ -68,7 +68,7 @@ pub use chips::Chip;
 pub use cut::{Cut, SLIVER_SHARE};
 pub use error::FieldError;
 pub use field::Field;
-pub use pieces::Piece;
+pub use pieces::{Holds, Piece};
 pub use stroke::LoopStroke;
 pub use surface::{CHUNK, Surface, SurfaceKind};
 pub use tool::Tool;

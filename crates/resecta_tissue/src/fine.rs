@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use bevy::prelude::*;
 use resecta_anatomy::wedge;
-use resecta_field::{CHUNK, Chip, Field, FieldError, LoopStroke, Surface, SurfaceKind, Tool};
+use resecta_field::{CHUNK, Chip, Field, FieldError, Holds, LoopStroke, Surface, SurfaceKind, Tool};
 use resecta_solver::{LoopSweep, NodeKind};
 
 use crate::change_log::{ChangeLog, ChangesSince};
@@ -24,6 +24,8 @@ const COAGULATED_DEEP_MM: f64 = 1.0;
 /// The finer boundary of a tissue.
 pub(crate) struct Fine {
     field: Field,
+    /// The capsule holds the tissue.
+    holds: Holds,
     /// Where the nodes are, in one piece for the field.
     nodes: Vec<Vec3>,
     /// Where the vertices of the surface are, as far as they were brought there.
@@ -96,8 +98,10 @@ impl Fine {
         if !gone.is_empty() {
             field.empty(&gone)?;
         }
+        let holds = field.holds(|pentahedron| solver.capsule_area_mm2(pentahedron) > 0.0);
         Ok(Self {
             field,
+            holds,
             nodes: Vec::new(),
             places: Vec::new(),
             normals: Vec::new(),
@@ -141,8 +145,8 @@ impl Fine {
     fn note_changes(&mut self) {
         let changes = self.field.take_changes();
         let surface = self.field.surface();
-        let chunks = changes.vertices.iter().filter_map(|&vertex| surface.chunk(vertex));
-        self.changes.note(surface.version(), &changes.triangles, chunks);
+        self.changes
+            .note(surface.version(), &changes, |vertex| surface.chunk(vertex));
     }
 
     /// Begins another instant if the tissue has moved or was cut.
@@ -251,6 +255,8 @@ impl Fine {
         let mut reached: Vec<u32> = cut.removed.iter().map(|(pentahedron, _)| *pentahedron).collect();
         let mut capsule_mm2 = cut.capsule_mm2;
         if reached.is_empty() {
+            // The surface may be finer now where the tool was near, though nothing went.
+            self.note_changes();
             return Ok(Taken {
                 left: Vec::new(),
                 capsule_mm2,
@@ -263,10 +269,9 @@ impl Fine {
             capsule_mm2 += freed.capsule_mm2;
             reached.extend(freed.removed.iter().map(|(pentahedron, _)| *pentahedron));
         }
-        let is_held = |pentahedron: u32| solver.capsule_area_mm2(pentahedron) > 0.0;
         let left_mm3 = self.field.initial_volume_mm3() - self.field.removed_mm3();
         let most = LARGEST_PIECE_MM3.min(0.5 * left_mm3);
-        let pieces = self.field.loose_pieces(&reached, most, is_held);
+        let pieces = self.field.loose_pieces(&reached, most, &self.holds);
         let loose: Vec<u32> = pieces.into_iter().flat_map(|piece| piece.pentahedra).collect();
         if !loose.is_empty() {
             let freed = self.field.empty(&loose)?;
