@@ -1,6 +1,8 @@
 //! Which slots of a fine surface cuts have changed, for those that keep something a triangle: they read on from where they
 //! stopped instead of looking at a hundred thousand triangles after each cut.
 
+use resecta_field::Changes;
+
 /// Entries that are kept; beyond, whoever has not read them looks at the whole surface.
 const MOST: usize = 1 << 16;
 
@@ -9,6 +11,7 @@ const MOST: usize = 1 << 16;
 pub(crate) struct ChangeLog {
     triangles: Vec<(u64, u32)>,
     chunks: Vec<(u64, u32)>,
+    nodes: Vec<(u64, u32)>,
     /// The version before the first change that is kept, and after the last.
     from: u64,
     to: u64,
@@ -18,6 +21,7 @@ pub(crate) struct ChangeLog {
 pub(crate) struct ChangesSince<'a> {
     triangles: &'a [(u64, u32)],
     chunks: &'a [(u64, u32)],
+    nodes: &'a [(u64, u32)],
 }
 
 impl ChangesSince<'_> {
@@ -26,31 +30,38 @@ impl ChangesSince<'_> {
         self.triangles.iter().map(|(_, slot)| *slot)
     }
 
-    /// Chunks of which a vertex came, went or was put elsewhere in its pentahedron.
+    /// Chunks of which a vertex came, went, was put elsewhere in its pentahedron or is of another kind.
     pub fn chunks(&self) -> impl Iterator<Item = u32> {
         self.chunks.iter().map(|(_, chunk)| *chunk)
+    }
+
+    /// Nodes of another kind.
+    pub fn nodes(&self) -> impl Iterator<Item = u32> {
+        self.nodes.iter().map(|(_, node)| *node)
     }
 }
 
 impl ChangeLog {
-    /// Adds what led to a version.
-    pub fn note(&mut self, version: u64, triangles: &[u32], chunks: impl Iterator<Item = u32>) {
-        if self.triangles.len() + self.chunks.len() + triangles.len() > MOST {
+    /// Adds what led to a version: slots of triangles, and of vertices by whether they are in a chunk.
+    pub fn note(&mut self, version: u64, changes: &Changes, chunk: impl Fn(u32) -> Option<u32>) {
+        let known = self.triangles.len() + self.chunks.len() + self.nodes.len();
+        if known + changes.triangles.len() > MOST {
             self.triangles.clear();
             self.chunks.clear();
+            self.nodes.clear();
             self.from = self.to;
         }
         self.to = version;
-        self.triangles.extend(triangles.iter().map(|&slot| (version, slot)));
-        let known = self.chunks.len();
-        self.chunks.extend(chunks.map(|chunk| (version, chunk)));
-        // Vertices rise, so those of a chunk follow each other.
-        let mut last = None;
-        let mut n = 0;
-        self.chunks.retain(|&(_, chunk)| {
-            n += 1;
-            n <= known || last.replace(chunk) != Some(chunk)
-        });
+        self.triangles
+            .extend(changes.triangles.iter().map(|&slot| (version, slot)));
+        for &vertex in &changes.vertices {
+            match chunk(vertex) {
+                // Vertices rise, so those of a chunk follow each other.
+                Some(chunk) if self.chunks.last() != Some(&(version, chunk)) => self.chunks.push((version, chunk)),
+                Some(_) => (),
+                None => self.nodes.push((version, vertex)),
+            }
+        }
     }
 
     /// What changed since a version; none if that is not known any more.
@@ -59,6 +70,7 @@ impl ChangeLog {
         (version >= self.from).then(|| ChangesSince {
             triangles: &self.triangles[after(&self.triangles)..],
             chunks: &self.chunks[after(&self.chunks)..],
+            nodes: &self.nodes[after(&self.nodes)..],
         })
     }
 }
@@ -70,18 +82,31 @@ mod tests {
     #[test]
     fn a_reader_goes_on_where_it_stopped_or_is_told_that_it_cannot() {
         let mut log = ChangeLog::default();
-        log.note(3, &[5, 6], [1, 1, 2].into_iter());
-        log.note(4, &[6], [2].into_iter());
+        // Slots 0 to 9 are nodes, the others come in chunks of eight.
+        let note = |log: &mut ChangeLog, version, triangles: &[u32], vertices: &[u32]| {
+            let changes = Changes {
+                triangles: triangles.to_vec(),
+                vertices: vertices.to_vec(),
+            };
+            log.note(version, &changes, |vertex| vertex.checked_sub(10).map(|slot| slot / 8));
+        };
+        note(&mut log, 3, &[5, 6], &[4, 18, 20, 27]);
+        note(&mut log, 4, &[6], &[26]);
         let read = |log: &ChangeLog, version: u64| {
             let since = log.since(version)?;
-            Some((since.triangles().collect(), since.chunks().collect()))
+            let [triangles, chunks, nodes]: [Vec<u32>; 3] = [
+                since.triangles().collect(),
+                since.chunks().collect(),
+                since.nodes().collect(),
+            ];
+            Some((triangles, chunks, nodes))
         };
-        assert_eq!(read(&log, 0), Some((vec![5, 6, 6], vec![1, 2, 2])));
-        assert_eq!(read(&log, 3), Some((vec![6], vec![2])));
-        assert_eq!(read(&log, 4), Some((vec![], vec![])));
+        assert_eq!(read(&log, 0), Some((vec![5, 6, 6], vec![1, 2, 2], vec![4])));
+        assert_eq!(read(&log, 3), Some((vec![6], vec![2], vec![])));
+        assert_eq!(read(&log, 4), Some((vec![], vec![], vec![])));
         let many: Vec<u32> = (0..MOST as u32).collect();
-        log.note(7, &many, [].into_iter());
+        note(&mut log, 7, &many, &[]);
         assert_eq!(read(&log, 3), None);
-        assert_eq!(read(&log, 4), Some((many, vec![])));
+        assert_eq!(read(&log, 4), Some((many, vec![], vec![])));
     }
 }

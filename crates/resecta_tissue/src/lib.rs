@@ -51,6 +51,7 @@ mod diagnostics;
 mod fine;
 mod gather;
 mod messages;
+mod numbering;
 mod plugin;
 mod settings;
 mod skin;

@@ -4,6 +4,8 @@
 //! a [`Field`](resecta_field::Field), whose vertices are carried by the pentahedra; those of it that no cut has reached are
 //! nodes and exposed faces again.
 
+use std::ops::Range;
+
 use bevy::prelude::*;
 use resecta_field::{CHUNK, SurfaceKind};
 use resecta_solver::{NodeKind, TissuePoint};
@@ -153,6 +155,12 @@ impl<'a> Skin<'a> {
     pub fn vertex_of(&self, chunk: u32, number: usize) -> u32 {
         self.fine
             .map_or(0, |fine| fine.surface().chunk_start(chunk) + number as u32)
+    }
+
+    /// The vertices of a chunk.
+    pub fn vertices_of(&self, chunk: u32) -> Range<u32> {
+        let start = self.vertex_of(chunk, 0);
+        start..start + CHUNK as u32
     }
 
     /// The pentahedron that carries a chunk.

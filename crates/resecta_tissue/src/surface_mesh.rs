@@ -1,7 +1,8 @@
 //! The visible mesh: the skin of a tissue as one [`Mesh`].
 //!
-//! Vertices are those of the skin that a triangle uses. Vertices and indices are rebuilt only where the topology changed; otherwise
-//! positions and normals are overwritten in place, since a mesh that is replaced is allocated anew each frame.
+//! Vertices are those of the skin that a triangle uses. Indices and colours are written only when the topology changed, and after
+//! a fine cut colours only where it did; positions and normals are overwritten in place, since a mesh that is replaced is
+//! allocated anew each frame.
 
 use std::collections::BTreeMap;
 
@@ -15,8 +16,10 @@ use resecta_anatomy::Zone;
 use resecta_solver::NodeKind;
 
 use crate::{
+    change_log::ChangesSince,
     components::Tissue,
     diagnostics::{TissueDiagnostics, timed},
+    numbering::Numbering,
     settings::TissueSettings,
     skin::{Skin, SkinVersion},
 };
@@ -69,10 +72,7 @@ pub(crate) struct SurfaceMesh {
     topology: Option<SkinVersion>,
     /// The version of the motion that positions and normals are of.
     motion: Option<u64>,
-    /// The vertex of the skin that each vertex is.
-    vertices: Vec<u32>,
-    /// The triangles, as vertices.
-    triangles: Vec<[u32; 3]>,
+    numbering: Numbering,
     /// The zone of each node: the first in the order of [`Zone::ALL`] that a pentahedron around it is in.
     zones: Vec<Zone>,
     bound: Aabb,
@@ -106,16 +106,18 @@ pub(crate) fn rebuild_meshes(
                 continue;
             }
             tissue.follow();
-            let solver = &tissue.solver;
             let skin = Skin::of(&tissue);
             let recoloured = colours.as_ref().is_some_and(|colours| colours.is_changed())
                 || tint.as_ref().is_some_and(|tint| tint.is_changed());
-            let paint = |surface: &SurfaceMesh| surface.colours(&skin, colours.as_deref(), tint.as_deref());
+            let default = TissueColours::default();
+            let paint = Paint {
+                colours: colours.as_deref().unwrap_or(&default),
+                tint: tint.as_deref().filter(|tint| !tint.nodes.is_empty()),
+            };
             let (Some(mut state), Some(handle)) = (state, handle) else {
                 let mut state = SurfaceMesh::default();
                 let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default());
-                state.rebuild(solver, &skin);
-                state.write_topology(&mut mesh, paint(&state));
+                state.rebuild(&skin, &paint, &mut mesh);
                 state.write_positions(&skin, &mut mesh);
                 let bound = state.bound;
                 let handle = Mesh3d(meshes.add(mesh));
@@ -133,12 +135,15 @@ pub(crate) fn rebuild_meshes(
                 continue;
             };
             if state.topology != Some(skin.version()) {
-                state.rebuild(solver, &skin);
-                state.write_topology(&mut mesh, paint(&state));
+                let changes = state.topology.and_then(|known| skin.changes_since(known));
+                match changes.filter(|_| !recoloured) {
+                    Some(changes) => state.renew(&skin, &changes, &paint, &mut mesh),
+                    None => state.rebuild(&skin, &paint, &mut mesh),
+                }
                 diagnostics.meshes_rebuilt += 1;
             } else {
                 if recoloured {
-                    mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, paint(&state));
+                    state.write_colours(&skin, &paint, &mut mesh);
                 }
                 diagnostics.meshes_moved += 1;
             }
@@ -152,33 +157,48 @@ pub(crate) fn rebuild_meshes(
 }
 
 impl SurfaceMesh {
-    /// Numbers the vertices in use and their triangles anew.
-    fn rebuild(&mut self, solver: &resecta_solver::Tissue, skin: &Skin) {
+    /// Writes indices and colours anew, and makes room for positions and normals.
+    fn rebuild(&mut self, skin: &Skin, paint: &Paint, mesh: &mut Mesh) {
         if self.zones.is_empty() {
-            self.zones = zones(solver);
+            self.zones = zones(skin.solver());
         }
         self.topology = Some(skin.version());
-        self.vertices.clear();
-        self.triangles.clear();
-        let mut numbers = vec![u32::MAX; skin.vertex_count()];
-        for triangle in (0..skin.slot_count() as u32).filter_map(|slot| skin.triangle(slot)) {
-            self.triangles.push(triangle.map(|vertex| {
-                let number = &mut numbers[vertex as usize];
-                if *number == u32::MAX {
-                    *number = self.vertices.len() as u32;
-                    self.vertices.push(vertex);
+        self.numbering = Numbering::of_all(skin);
+        let count = self.numbering.len();
+        mesh.insert_indices(Indices::U32(self.numbering.triangles().as_flattened().to_vec()));
+        mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0f32; 3]; count]);
+        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0f32; 3]; count]);
+        self.write_colours(skin, paint, mesh);
+    }
+
+    /// Writes indices anew and colours where the skin changed, in place.
+    fn renew(&mut self, skin: &Skin, changes: &ChangesSince, paint: &Paint, mesh: &mut Mesh) {
+        self.topology = Some(skin.version());
+        let other = self.numbering.follow(skin, changes);
+        let count = self.numbering.len();
+        if let Some(Indices::U32(indices)) = mesh.indices_mut() {
+            indices.clear();
+            indices.extend_from_slice(self.numbering.triangles().as_flattened());
+        }
+        for attribute in [Mesh::ATTRIBUTE_POSITION, Mesh::ATTRIBUTE_NORMAL] {
+            if let Some(VertexAttributeValues::Float32x3(values)) = mesh.attribute_mut(attribute) {
+                values.resize(count, [0.0; 3]);
+            }
+        }
+        if let Some(VertexAttributeValues::Float32x4(values)) = mesh.attribute_mut(Mesh::ATTRIBUTE_COLOR) {
+            values.resize(count, [0.0; 4]);
+            for number in other {
+                if let Some(vertex) = self.numbering.vertex(number) {
+                    values[number as usize] = paint.colour(skin, &self.zones, vertex);
                 }
-                *number
-            }));
+            }
         }
     }
 
-    /// Writes indices and colours, and makes room for positions and normals.
-    fn write_topology(&self, mesh: &mut Mesh, colours: Vec<[f32; 4]>) {
-        mesh.insert_indices(Indices::U32(self.triangles.as_flattened().to_vec()));
+    fn write_colours(&self, skin: &Skin, paint: &Paint, mesh: &mut Mesh) {
+        let colour = |vertex: Option<u32>| vertex.map_or([0.0; 4], |vertex| paint.colour(skin, &self.zones, vertex));
+        let colours: Vec<_> = self.numbering.vertices().map(colour).collect();
         mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, colours);
-        mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0f32; 3]; self.vertices.len()]);
-        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0f32; 3]; self.vertices.len()]);
     }
 
     /// Overwrites positions and smooth normals (weighted by area, where the skin has none of its own) and measures the
@@ -186,23 +206,26 @@ impl SurfaceMesh {
     fn write_positions(&mut self, skin: &Skin, mesh: &mut Mesh) {
         self.motion = Some(skin.motion_version());
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        let mut normals = vec![Vec3::ZERO; self.vertices.len()];
+        let mut normals = vec![Vec3::ZERO; self.numbering.len()];
         if let Some(VertexAttributeValues::Float32x3(positions)) = mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION) {
-            for (position, &vertex) in positions.iter_mut().zip(&self.vertices) {
+            for (position, vertex) in positions.iter_mut().zip(self.numbering.vertices()) {
+                let Some(vertex) = vertex else {
+                    continue;
+                };
                 let point = skin.place(vertex);
                 (low, high) = (low.min(point), high.max(point));
                 *position = point.to_array();
             }
             if let Some(own) = skin.normals() {
-                for (normal, &vertex) in normals.iter_mut().zip(&self.vertices) {
-                    *normal = own[vertex as usize];
+                for (normal, vertex) in normals.iter_mut().zip(self.numbering.vertices()) {
+                    *normal = vertex.map_or(Vec3::Z, |vertex| own[vertex as usize]);
                 }
             } else {
-                for triangle in &self.triangles {
-                    let [a, b, c] = triangle.map(|vertex| Vec3::from(positions[vertex as usize]));
+                for triangle in self.numbering.triangles() {
+                    let [a, b, c] = triangle.map(|number| Vec3::from(positions[number as usize]));
                     let normal = (b - a).cross(c - a);
-                    for &vertex in triangle {
-                        normals[vertex as usize] += normal;
+                    for &number in triangle {
+                        normals[number as usize] += normal;
                     }
                 }
             }
@@ -218,35 +241,39 @@ impl SurfaceMesh {
             Aabb::default()
         };
     }
+}
 
-    fn colours(&self, skin: &Skin, colours: Option<&TissueColours>, tint: Option<&TissueTint>) -> Vec<[f32; 4]> {
-        let default = TissueColours::default();
-        let colours = colours.unwrap_or(&default);
-        let of = |vertex: u32| {
-            let carriers = skin.carriers(vertex);
-            let mut colour = match skin.kind(vertex) {
-                NodeKind::Mucosa => colours.mucosa,
-                NodeKind::Capsule => colours.capsule,
-                NodeKind::Inner => {
-                    let zone = carriers.parts().map(|(node, _)| self.zones[node as usize]).min();
-                    colours.cut[zone.unwrap_or(Zone::Other).index()]
-                }
-            };
-            if let Some(tint) = tint.filter(|tint| !tint.nodes.is_empty()) {
-                // Each node's tint counts by how much of the vertex the node carries.
-                for (node, weight) in carriers.parts() {
-                    if let Some(tint) = tint.nodes.get(&node) {
-                        colour = colour.mix(&tint.with_alpha(colour.alpha), tint.alpha * weight);
-                    }
-                }
+/// What gives the vertices their colours.
+struct Paint<'a> {
+    colours: &'a TissueColours,
+    tint: Option<&'a TissueTint>,
+}
+
+impl Paint<'_> {
+    /// The colour of a vertex of the skin, the zones being those of the nodes.
+    fn colour(&self, skin: &Skin, zones: &[Zone], vertex: u32) -> [f32; 4] {
+        let carriers = skin.carriers(vertex);
+        let mut colour = match skin.kind(vertex) {
+            NodeKind::Mucosa => self.colours.mucosa,
+            NodeKind::Capsule => self.colours.capsule,
+            NodeKind::Inner => {
+                let zone = carriers.parts().map(|(node, _)| zones[node as usize]).min();
+                self.colours.cut[zone.unwrap_or(Zone::Other).index()]
             }
-            let depth = skin.coagulation_mm(vertex) / COAGULATED_MM;
-            if depth > 0.0 {
-                colour = colour.mix(&colours.coagulated.with_alpha(colour.alpha), depth.min(1.0));
-            }
-            colour.to_f32_array()
         };
-        self.vertices.iter().map(|&vertex| of(vertex)).collect()
+        if let Some(tint) = self.tint {
+            // Each node's tint counts by how much of the vertex the node carries.
+            for (node, weight) in carriers.parts() {
+                if let Some(tint) = tint.nodes.get(&node) {
+                    colour = colour.mix(&tint.with_alpha(colour.alpha), tint.alpha * weight);
+                }
+            }
+        }
+        let depth = skin.coagulation_mm(vertex) / COAGULATED_MM;
+        if depth > 0.0 {
+            colour = colour.mix(&self.colours.coagulated.with_alpha(colour.alpha), depth.min(1.0));
+        }
+        colour.to_f32_array()
     }
 }
 

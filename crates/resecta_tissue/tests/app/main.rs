@@ -10,3 +10,4 @@ mod fine;
 mod mesh;
 mod scenes;
 mod schedule;
+mod strokes;

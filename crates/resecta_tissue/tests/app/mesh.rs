@@ -27,14 +27,14 @@ pub fn mesh(app: &App, tissue: Entity) -> &Mesh {
         .expect("its asset")
 }
 
-fn indices(mesh: &Mesh) -> Vec<u32> {
+pub fn indices(mesh: &Mesh) -> Vec<u32> {
     match mesh.indices() {
         Some(Indices::U32(indices)) => indices.clone(),
         _ => panic!("32-bit indices"),
     }
 }
 
-fn positions(mesh: &Mesh) -> Vec<Vec3> {
+pub fn positions(mesh: &Mesh) -> Vec<Vec3> {
     match mesh.attribute(Mesh::ATTRIBUTE_POSITION) {
         Some(VertexAttributeValues::Float32x3(positions)) => positions.iter().copied().map(Vec3::from).collect(),
         _ => panic!("positions"),
