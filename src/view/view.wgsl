@@ -132,18 +132,16 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     normal = select(-normal, normal, dot(normal, ray) < 0.0 || (look.surface == TISSUE && is_front));
     var colour = look.colour.rgb * vertex.rgb;
     var gloss = look.gloss;
-    if is_inside {
-        // The lens lies in tissue, or so near that tissue folds over it: red-out.
-        colour = vec3(0.15, 0.014, 0.010);
-        gloss = 0.0;
-    }
+    // Behind a near wall the lens lies in tissue: red-out. A far one is tissue that has folded over.
+    let redness = select(0.0, 1.0 - smoothstep(3.0, 6.0, length(place - eye)), is_inside);
+    gloss = gloss * (1.0 - redness);
 
     if look.relief > 0.0 {
         let coarse = noise(place * 0.75 + vec3(17.0, 5.0, 3.0));
         let fine = noise(place * 2.3);
         let bump = coarse.xyz * 0.55 + fine.xyz * 0.45;
         normal = normalize(normal - look.relief * (bump - normal * dot(bump, normal)));
-        if look.surface == TISSUE && !is_inside {
+        if look.surface == TISSUE {
             // 1 on mucosa and capsule, 0 on cut tissue.
             let whole = smoothstep(0.55, 0.72, vertex.a);
             var mucosa = colour;
@@ -165,6 +163,7 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
             gloss = gloss * (0.6 + 0.8 * fine.w);
         }
     }
+    colour = mix(colour, vec3(0.15, 0.014, 0.010), redness);
 
     // The lamp is a little behind the lens, so that what nearly touches it does not burn out.
     let up = view.world_from_view[1].xyz;

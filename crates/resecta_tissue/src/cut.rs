@@ -112,6 +112,16 @@ pub(crate) fn cut(
                 let resection = cut.by_loop(index, tool, collider);
                 cut.tell(resection, &mut commands, &mut reports, &mut diagnostics);
             }
+            if let Some(torn) = tissue.fine.as_mut().and_then(|fine| fine.tear(&tissue.solver)) {
+                let mut cut = Cut {
+                    entity,
+                    tissue: &mut *tissue,
+                    settings,
+                    by: None,
+                };
+                let resection = torn.map(|torn| cut.thin(&torn));
+                cut.tell(resection, &mut commands, &mut reports, &mut diagnostics);
+            }
             if let Some(fine) = &mut tissue.fine {
                 for found in collider.found().iter().filter(|found| found.touched().is_some()) {
                     let burns = found.kind == ToolPartKind::Loop && tools[found.tool as usize].coagulates();
@@ -145,7 +155,7 @@ pub(crate) struct Cut<'a> {
     pub entity: Entity,
     pub tissue: &'a mut Tissue,
     pub settings: &'a TissueSettings,
-    /// The tool; none when a system despawned entities.
+    /// The tool; none when a system despawned entities or something tore off.
     pub by: Option<Entity>,
 }
 

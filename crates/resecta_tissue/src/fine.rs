@@ -12,9 +12,16 @@ use crate::change_log::{ChangeLog, ChangesSince};
 /// Pieces that hang by nothing come free up to this volume, mm³; a larger one is a part of the organ.
 const LARGEST_PIECE_MM3: f64 = 3000.0;
 
-/// A pentahedron of which less than this share is left and that has been turned inside out is a flap: the next stroke takes
-/// it along. Springs do not turn it back, and what is left of it weighs little. Our choice.
-const FLAP_SHARE: f64 = 0.25;
+/// A pentahedron of which less than this share is left is a shred: turned inside out, it tears off. What is left of it
+/// weighs little and holds little, so that springs do not bring it back; in a patient the water takes such shreds along.
+/// Our choice.
+const SHRED_SHARE: f64 = 0.25;
+
+/// A shred of which less than this share is left is a thread: it tears off when it is stretched to more than
+/// [`TORN_STRETCH`] times its length at rest. Where thicker ones did, too, the floor of a trench had notches as large as
+/// pentahedra. Our choice.
+const THREAD_SHARE: f64 = 0.1;
+const TORN_STRETCH: f32 = 1.5;
 
 /// A touch of a wire under coagulating current coagulates tissue within this distance of it, mm, to this depth below, mm.
 /// Our choice: monopolar coagulation whitens some millimetre of tissue.
@@ -39,8 +46,9 @@ pub(crate) struct Fine {
     brought: Vec<u32>,
     followed: u32,
     changes: ChangeLog,
-    /// Pentahedra of which a part is gone.
-    partial: BTreeSet<u32>,
+    /// Pentahedra of which less than [`SHRED_SHARE`] is left, and when they were last looked at.
+    shreds: BTreeSet<u32>,
+    shreds_seen: u64,
     strokes: Vec<Stroke>,
     /// Whether a chip is under way, and whether the present step has added to it.
     chip: Option<ChipUnderWay>,
@@ -110,7 +118,8 @@ impl Fine {
             brought: Vec::new(),
             followed: 0,
             changes: ChangeLog::default(),
-            partial: BTreeSet::new(),
+            shreds: BTreeSet::new(),
+            shreds_seen: 0,
             strokes: Vec::new(),
             chip: None,
         })
@@ -262,13 +271,6 @@ impl Fine {
                 capsule_mm2,
             });
         }
-        self.partial.extend(&reached);
-        let flaps = self.flaps(solver);
-        if !flaps.is_empty() {
-            let freed = self.field.empty(&flaps)?;
-            capsule_mm2 += freed.capsule_mm2;
-            reached.extend(freed.removed.iter().map(|(pentahedron, _)| *pentahedron));
-        }
         let left_mm3 = self.field.initial_volume_mm3() - self.field.removed_mm3();
         let most = LARGEST_PIECE_MM3.min(0.5 * left_mm3);
         let pieces = self.field.loose_pieces(&reached, most, &self.holds);
@@ -280,6 +282,9 @@ impl Fine {
         }
         reached.sort_unstable();
         reached.dedup();
+        let field = &self.field;
+        let is_shred = |&pentahedron: &u32| (f64::MIN_POSITIVE..SHRED_SHARE).contains(&field.fill(pentahedron));
+        self.shreds.extend(reached.iter().copied().filter(is_shred));
         self.note_changes();
         match &mut self.chip {
             Some(chip) => chip.grew = true,
@@ -292,14 +297,20 @@ impl Fine {
         })
     }
 
-    /// The flaps of the tissue. Forgets pentahedra of which nothing is left.
-    fn flaps(&mut self, solver: &resecta_solver::Tissue) -> Vec<u32> {
+    /// Takes away shreds that have torn off since the tissue last moved; none if there are none.
+    pub fn tear(&mut self, solver: &resecta_solver::Tissue) -> Option<Result<Taken, FieldError>> {
+        if std::mem::replace(&mut self.shreds_seen, solver.motion_version()) == solver.motion_version() {
+            return None;
+        }
         let field = &self.field;
-        self.partial.retain(|&pentahedron| field.fill(pentahedron) > 0.0);
-        let partial = self.partial.iter().copied();
-        partial
-            .filter(|&pentahedron| field.fill(pentahedron) < FLAP_SHARE && solver.volume_of(pentahedron) <= 0.0)
-            .collect()
+        self.shreds.retain(|&pentahedron| field.fill(pentahedron) > 0.0);
+        let is_off = |pentahedron: &u32| {
+            let is_torn =
+                || field.fill(*pentahedron) < THREAD_SHARE && longest_stretch(solver, *pentahedron) > TORN_STRETCH;
+            solver.volume_of(*pentahedron) <= 0.0 || is_torn()
+        };
+        let torn: Vec<u32> = self.shreds.iter().copied().filter(is_off).collect();
+        (!torn.is_empty()).then(|| self.empty(solver, &torn))
     }
 
     /// Coagulates the tissue around a point.
@@ -324,6 +335,17 @@ impl Fine {
     }
 }
 
+/// How many times its length at rest an edge of a pentahedron has, the most stretched one.
+fn longest_stretch(solver: &resecta_solver::Tissue, pentahedron: u32) -> f32 {
+    let nodes = solver.pentahedron_nodes(pentahedron);
+    let stretches = wedge::EDGES.iter().map(|ends| {
+        let [from, to] = ends.map(|corner| nodes[corner]);
+        let rest = solver.rest_position(from).distance(solver.rest_position(to));
+        solver.position(from).distance(solver.position(to)) / rest.max(f32::MIN_POSITIVE)
+    });
+    stretches.fold(0.0, f32::max)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -344,40 +366,63 @@ mod tests {
         resecta_solver::Tissue::new(&mesh, &Material::default()).expect("a row is a tissue")
     }
 
-    #[test]
-    fn a_stroke_takes_flaps_along_and_nothing_that_is_whole_or_upright() {
-        let mut solver = row(6);
+    /// A row with a hole near its first end that leaves the corners of the first cube's far end, and one of the
+    /// pentahedra there of which no more than a share is left.
+    fn row_with_hole(radius_mm: f64, share: f64) -> (resecta_solver::Tissue, Fine, u32) {
+        let solver = row(6);
         let mut fine = Fine::new(&solver, 0.4).expect("a row can be cut");
-        let ball = |x: f64, radius_mm| Tool::Sphere {
-            centre: DVec3::new(x, 1.0, 1.0),
+        let ball = Tool::Sphere {
+            centre: DVec3::new(-0.6, 1.0, 1.0),
             radius_mm,
         };
-        // Leaves the corners of the first cube's far end.
-        fine.cut(&solver, None, &ball(-0.6, 2.0)).expect("a plain ball");
-        let thin =
-            (0..2).find(|&pentahedron| (f64::MIN_POSITIVE..FLAP_SHARE).contains(&fine.field().fill(pentahedron)));
-        let thin = thin.expect("little is left of one");
-        fine.cut(&solver, None, &ball(12.0, 0.5)).expect("a plain ball");
-        assert!(fine.field().fill(thin) > 0.0, "it stands upright");
+        fine.cut(&solver, None, &ball).expect("a plain ball");
+        let little = |&pentahedron: &u32| (f64::MIN_POSITIVE..share).contains(&fine.field().fill(pentahedron));
+        let left = (0..2).find(little).expect("little is left of one");
+        (solver, fine, left)
+    }
+
+    fn move_nodes(solver: &mut resecta_solver::Tissue, nodes: std::ops::Range<u32>, way: Vec3) {
+        for node in nodes {
+            let place = solver.position(node) + way;
+            solver.set_position(node, place).expect("a finite place");
+        }
+    }
+
+    fn torn(solver: &resecta_solver::Tissue, fine: &mut Fine) -> Option<Taken> {
+        fine.tear(solver).map(|torn| torn.expect("pentahedra of the field"))
+    }
+
+    #[test]
+    fn a_shred_tears_off_when_it_is_inside_out_and_nothing_that_is_whole_or_upright_does() {
+        let (mut solver, mut fine, shred) = row_with_hole(2.0, SHRED_SHARE);
+        assert!(torn(&solver, &mut fine).is_none(), "it stands upright");
 
         // The near end goes through the far end of the second cube: all of both is inside out.
-        for node in 0..4 {
-            let place = solver.position(node);
-            solver
-                .set_position(node, place + Vec3::X * 6.0)
-                .expect("a finite place");
-        }
-        assert!(solver.volume_of(thin) < 0.0);
+        move_nodes(&mut solver, 0..4, Vec3::X * 6.0);
+        assert!(solver.volume_of(shred) < 0.0);
         let before = fine.field().volume_mm3();
-        let kept = fine.field().kept_mm3(thin);
-        let other = fine.field().fill(1 - thin);
-        let taken = fine.cut(&solver, None, &ball(12.0, 0.7)).expect("a plain ball");
-        assert_eq!(fine.field().fill(thin), 0.0, "a flap goes");
-        assert!(taken.left.contains(&(thin, 0.0)));
+        let kept = fine.field().kept_mm3(shred);
+        let other = fine.field().fill(1 - shred);
+        let taken = torn(&solver, &mut fine).expect("a shred tears off");
+        assert_eq!(fine.field().fill(shred), 0.0);
+        assert!(taken.left.contains(&(shred, 0.0)));
         assert!(before - fine.field().volume_mm3() >= kept);
-        assert!(other > FLAP_SHARE, "the scene is to hold a larger one, too");
-        // But for the points that it shared with the flap.
-        assert!(fine.field().fill(1 - thin) > 0.98 * other, "it stays");
+        assert!(other > SHRED_SHARE, "the scene is to hold a larger one, too");
+        // But for the points that it shared with the shred.
+        assert!(fine.field().fill(1 - shred) > 0.98 * other, "it stays");
         assert!((2..10).all(|pentahedron| fine.field().fill(pentahedron) == 1.0));
+        assert!(torn(&solver, &mut fine).is_none(), "once");
+    }
+
+    #[test]
+    fn a_thread_tears_off_when_it_is_stretched_to_one_and_a_half_times_its_length() {
+        let (mut solver, mut fine, thread) = row_with_hole(2.3, THREAD_SHARE);
+        assert!(fine.field().fill(1 - thread) > THREAD_SHARE);
+        move_nodes(&mut solver, 0..4, Vec3::X * -0.4);
+        assert!(torn(&solver, &mut fine).is_none());
+        move_nodes(&mut solver, 0..4, Vec3::X * -0.8);
+        assert!(torn(&solver, &mut fine).is_some());
+        assert_eq!(fine.field().fill(thread), 0.0);
+        assert!(fine.field().fill(1 - thread) > 0.0);
     }
 }

@@ -33,12 +33,13 @@ pub struct TissueContact {
     pub current: bool,
 }
 
-/// Tissue went: pentahedra or parts of them, by a loop or because a system despawned entities.
+/// Tissue went: pentahedra or parts of them, by a loop, because a system despawned entities, or because a shred that cuts
+/// had left tore off.
 #[derive(Message, Debug, Clone, PartialEq)]
 pub struct TissueResected {
     /// The tissue they left.
     pub tissue: Entity,
-    /// The tool that cut; none when a system despawned an entity.
+    /// The tool that cut; none when a system despawned an entity or something tore off.
     pub tool: Option<Entity>,
     /// Indices of the pentahedra of which nothing is left, ascending.
     pub pentahedra: Vec<u32>,
@@ -58,7 +59,7 @@ pub struct TissueResected {
 pub struct TissueChip {
     /// The tissue it came from.
     pub tissue: Entity,
-    /// The tool that cut; none when a system despawned an entity.
+    /// The tool that cut; none when a system despawned an entity or something tore off.
     pub tool: Option<Entity>,
     /// Its surface, volume and inertia. The volumes of all chips sum to what the tissue lost.
     pub chip: Arc<Chip>,
