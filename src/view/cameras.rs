@@ -7,6 +7,7 @@ use bevy::{
 };
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::ActiveExercise;
+use resecta_tissue::TissueProbe;
 
 use super::{ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems, gland::sagittal, palette};
 
@@ -79,6 +80,7 @@ impl OutsideCamera {
 pub fn endoscope_camera() -> impl Bundle {
     (
         EndoscopeCamera,
+        TissueProbe::default(),
         Camera3d::default(),
         Projection::Perspective(PerspectiveProjection {
             near: NEAR_MM,
@@ -119,15 +121,16 @@ pub(super) fn endoscope_background() -> Color {
 fn follow_lens(
     active: Option<Res<ActiveExercise>>,
     instruments: Query<(&Resectoscope, &InstrumentState)>,
-    mut cameras: Query<(&mut Camera, &mut Projection, &mut Transform), With<EndoscopeCamera>>,
+    mut cameras: Query<(&mut Camera, &mut Projection, &mut Transform, &mut TissueProbe), With<EndoscopeCamera>>,
 ) {
     let Some((scope, state)) = active.and_then(|active| instruments.get(active.instrument).ok()) else {
         return;
     };
     let half = (scope.geometry.field_of_view_deg.to_radians() / 2.0).tan();
-    for (mut camera, mut projection, mut transform) in &mut cameras {
+    for (mut camera, mut projection, mut transform, mut probe) in &mut cameras {
         camera.clear_color = ClearColorConfig::Custom(endoscope_background());
         *transform = Transform::from_isometry(scope.lens_pose(state));
+        probe.point = transform.translation;
         let aspect = aspect(&camera);
         if let Projection::Perspective(perspective) = &mut *projection {
             // The projection's angle is the vertical one; in a picture higher than wide the circle touches the sides.

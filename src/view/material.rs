@@ -59,13 +59,15 @@ pub struct Look {
     pub field_cos: f32,
     /// What it is, a [`Surface`].
     pub surface: u32,
+    /// How far the lens lies in tissue, from 0, not at all, to 1: [`Surface::Tissue`] is then red from behind.
+    pub in_tissue: f32,
 }
 
 /// What a [`ViewMaterial`] covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Surface {
-    /// Gland: seen from behind it is the section's colour, or the red of a lens that lies in tissue.
+    /// Gland: seen from behind it is the section's colour, the red of a lens that lies in tissue, or a fold.
     Tissue = 0,
     /// Boundary of a region inside the gland: only the section shows it.
     Region = 1,
@@ -90,6 +92,7 @@ impl Default for Look {
             brightness: 1.0,
             field_cos: -1.0,
             surface: Surface::Solid as u32,
+            in_tissue: 0.0,
         }
     }
 }

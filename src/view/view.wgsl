@@ -19,6 +19,7 @@ struct Look {
     brightness: f32,
     field_cos: f32,
     surface: u32,
+    in_tissue: f32,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> look: Look;
@@ -132,8 +133,8 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     normal = select(-normal, normal, dot(normal, ray) < 0.0 || (look.surface == TISSUE && is_front));
     var colour = look.colour.rgb * vertex.rgb;
     var gloss = look.gloss;
-    // Behind a near wall the lens lies in tissue: red-out. A far one is tissue that has folded over.
-    let redness = select(0.0, 1.0 - smoothstep(3.0, 6.0, length(place - eye)), is_inside);
+    // From inside of the tissue all is red. From outside, what is seen from behind is tissue that has folded over.
+    let redness = select(0.0, look.in_tissue, is_inside);
     gloss = gloss * (1.0 - redness);
 
     if look.relief > 0.0 {

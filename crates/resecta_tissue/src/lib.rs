@@ -37,7 +37,8 @@
 //! | how tools push | `collide/`: what is near in `collider.rs` and `patches.rs`, what becomes a contact in `contacts.rs` |
 //! | how loops cut, and how finely | `cut.rs`, `fine.rs` |
 //! | the surface that is touched and drawn, and what cuts changed of it | `skin.rs`, `change_log.rs` |
-//! | the visible mesh | `surface_mesh.rs` |
+//! | how far a point is from the surface | `probe.rs` |
+//! | the visible mesh | `surface_mesh.rs`, `numbering.rs` |
 //!
 //! What is off costs nothing: [`TissueSettings`] switches collapse, collision and the mesh a tissue, and an app without
 //! `Assets<Mesh>` builds none. The crate gives [`Mesh3d`](bevy::prelude::Mesh3d) with vertex colours; the material is the
@@ -53,6 +54,7 @@ mod gather;
 mod messages;
 mod numbering;
 mod plugin;
+mod probe;
 mod settings;
 mod skin;
 mod surface_mesh;
@@ -65,6 +67,7 @@ pub use messages::{
     PutAsideReason, PutAsideSubject, TissueChip, TissueContact, TissueInconsistent, TissuePutAside, TissueResected,
 };
 pub use plugin::{TissuePlugin, TissueSystems};
+pub use probe::TissueProbe;
 pub use resecta_field::{Chip, Field, FieldError, SurfaceKind};
 pub use settings::{CutDetail, CuttingRule, TissueSettings};
 pub use surface_mesh::{TissueColours, TissueTint};
@@ -74,7 +77,7 @@ pub use tool::{LoopCutter, TissueTool, ToolPart, ToolPartKind, ToolPlacement};
 pub mod prelude {
     pub use crate::{
         CutDetail, CuttingRule, LoopCutter, Pentahedron, Spring, Tissue, TissueChip, TissueContact, TissueDiagnostics,
-        TissueNode, TissuePlugin, TissuePutAside, TissueResected, TissueSettings, TissueSystems, TissueTint,
-        TissueTool, ToolPart, ToolPartKind,
+        TissueNode, TissuePlugin, TissueProbe, TissuePutAside, TissueResected, TissueSettings, TissueSystems,
+        TissueTint, TissueTool, ToolPart, ToolPartKind,
     };
 }

@@ -12,6 +12,7 @@ use crate::{
     diagnostics::TissueDiagnostics,
     gather::{self, RemovedParts, TissueCount},
     messages::{TissueChip, TissueContact, TissueInconsistent, TissuePutAside, TissueResected},
+    probe::{self, TissueProbe},
     settings::TissueSettings,
     surface_mesh::{self, TissueColours, TissueTint},
     tool::TissueTool,
@@ -84,6 +85,7 @@ impl Plugin for TissuePlugin {
             .register_type::<Spring>()
             .register_type::<Pentahedron>()
             .register_type::<TissueTool>()
+            .register_type::<TissueProbe>()
             .register_type::<TissueColours>()
             .register_type::<TissueTint>()
             .register_type::<TissueDiagnostics>();
@@ -115,6 +117,7 @@ impl Plugin for TissuePlugin {
                 (
                     write_back::write_back,
                     collide::remember_tools.run_if(collide::any_tool),
+                    probe::probe.run_if(probe::any_probe),
                     end_step,
                 )
                     .chain()

@@ -15,8 +15,12 @@ mod touch;
 use bevy::prelude::*;
 use resecta_solver::Contact;
 
-pub(crate) use self::{collider::Collider, contacts::Found, sweep::ToolMotion};
 use self::{collider::Nearby, contacts::Search, sweep::PartSweep};
+pub(crate) use self::{
+    collider::{Collider, DEPTH_LIMIT_MM},
+    contacts::Found,
+    sweep::{Axis, ToolMotion},
+};
 use crate::{
     components::Tissue,
     cut::Reports,

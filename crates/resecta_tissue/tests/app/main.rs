@@ -8,6 +8,7 @@ mod cutting;
 mod edits;
 mod fine;
 mod mesh;
+mod probe;
 mod scenes;
 mod schedule;
 mod strokes;

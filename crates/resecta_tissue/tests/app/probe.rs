@@ -1,0 +1,63 @@
+//! Probes tell how far a point is from the surface, and on which side.
+
+use bevy::prelude::*;
+use resecta_tissue::{TissueProbe, prelude::*};
+
+use crate::scenes::{app, checked, loop_tool, small_block};
+
+fn distance(app: &mut App, probe: Entity, point: Vec3) -> Option<f32> {
+    app.world_mut().get_mut::<TissueProbe>(probe).unwrap().point = point;
+    app.update();
+    app.world().get::<TissueProbe>(probe).unwrap().distance_mm
+}
+
+/// A block whose top is at z = 12, and a probe.
+fn scene(settings: TissueSettings) -> (App, Entity) {
+    let mut app = app();
+    app.world_mut().spawn((Tissue::new(small_block()), settings));
+    let probe = app.world_mut().spawn(TissueProbe::default()).id();
+    (app, probe)
+}
+
+#[test]
+fn a_probe_is_told_the_distance_to_the_surface_below_zero_inside() {
+    for detail in [CutDetail::Elements, CutDetail::default()] {
+        let (mut app, probe) = scene(TissueSettings { detail, ..checked() });
+        for height in [-2.5f32, -0.5, 0.3, 2.9] {
+            let told = distance(&mut app, probe, Vec3::new(0.3, 0.2, 12.0 + height));
+            let told = told.expect("the surface is within 3 mm");
+            assert!((told - height).abs() < 1e-3, "{told} at {height}");
+        }
+        assert_eq!(distance(&mut app, probe, Vec3::new(0.3, 0.2, 16.0)), None);
+        assert_eq!(distance(&mut app, probe, Vec3::new(0.0, 0.0, 6.0)), None, "too deep");
+        assert_eq!(distance(&mut app, probe, Vec3::NAN), None);
+    }
+}
+
+#[test]
+fn a_probe_in_a_fresh_trench_is_outside() {
+    let (mut app, probe) = scene(TissueSettings {
+        detail: CutDetail::default(),
+        collapse: None,
+        ..checked()
+    });
+    let at = |y: f32| {
+        Isometry3d::new(
+            Vec3::new(0.0, y, 12.5),
+            Quat::from_rotation_x(std::f32::consts::FRAC_PI_2),
+        )
+    };
+    let tool = app.world_mut().spawn(loop_tool(at(4.0))).id();
+    let point = Vec3::new(0.0, 0.0, 10.0);
+    app.update();
+    assert!(distance(&mut app, probe, point).expect("two millimetres below the top") < -1.9);
+    for step in 0..10 {
+        let mut tool = app.world_mut().get_mut::<TissueTool>(tool).unwrap();
+        tool.cutting = true;
+        tool.pose = at(4.0 - 0.8 * step as f32);
+        app.update();
+    }
+    // The floor is 4.5 mm below the loop's open side.
+    let told = distance(&mut app, probe, point).expect("the floor is within 3 mm");
+    assert!((told - 2.0).abs() < 0.3, "{told}");
+}
