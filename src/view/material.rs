@@ -39,7 +39,7 @@ pub struct ViewMaterial {
 pub struct Look {
     /// Colour, linear; multiplies the vertex colour where the mesh has one.
     pub colour: LinearRgba,
-    /// Colour behind the boundary of a [`Surface::Region`].
+    /// Colour of a gland's section where nothing else tells one.
     pub beyond: LinearRgba,
     /// A point of the sagittal plane (mm, world) that cuts the object open towards the viewer, and 1; all 0 for none.
     pub section: Vec4,
@@ -69,8 +69,8 @@ pub struct Look {
 pub enum Surface {
     /// Gland: seen from behind it is the section's colour, the red of a lens that lies in tissue, or a fold.
     Tissue = 0,
-    /// Boundary of a region inside the gland: only the section shows it.
-    Region = 1,
+    /// The section itself: evenly lit, with the grain of tissue.
+    Section = 1,
     /// Anything else.
     Solid = 2,
     /// Its colour alone, not lit.

@@ -13,7 +13,7 @@
 //! | where a camera stands and what it sees | `cameras.rs` |
 //! | the round field | `round_field.rs` |
 //! | colours of the gland, the marked part | `gland.rs` |
-//! | the section of the outside view | `sections.rs`, `view.wgsl` |
+//! | the section of the outside view | `sections.rs` |
 //! | the instrument's body | `instrument.rs` |
 //! | bladder, urethra, landmarks | `surroundings.rs` |
 //! | pictures as files | `pictures.rs` |

@@ -25,7 +25,7 @@ struct Look {
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> look: Look;
 
 const TISSUE: u32 = 0u;
-const REGION: u32 = 1u;
+const SECTION: u32 = 1u;
 const SOLID: u32 = 2u;
 const FLAT: u32 = 3u;
 
@@ -100,7 +100,7 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     }
 
     let is_cut_open = look.section.w > 0.5;
-    if is_cut_open {
+    if is_cut_open && look.surface != SECTION {
         let side = select(-1.0, 1.0, eye.x >= look.section.x);
         if (place.x - look.section.x) * side > 0.0 {
             discard;
@@ -112,14 +112,8 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
         return out;
     }
 
-    if look.surface == REGION {
-        // Rays that enter the region behind the section show what lies in front of it, rays that leave it the region.
-        // Where its boundary is the gland's own surface (alpha 0), the gland shows itself from the front.
-        if is_front && vertex.a < 0.5 {
-            discard;
-        }
-        let colour = select(look.colour.rgb, look.beyond.rgb, is_front);
-        out.color = vec4(develop(section_face(colour, eye, ray)), 1.0);
+    if look.surface == SECTION {
+        out.color = vec4(develop(section_face(look.colour.rgb * vertex.rgb, eye, ray)), 1.0);
         return out;
     }
 

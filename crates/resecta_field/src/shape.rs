@@ -38,6 +38,13 @@ impl Carrier {
         out
     }
 
+    /// At one place.
+    #[inline(always)]
+    pub fn at_one(&self, [a, b, t]: [f32; 3]) -> Vec3 {
+        let c = &self.0;
+        c[0] + c[1] * a + c[2] * b + (c[3] + c[4] * a + c[5] * b) * t
+    }
+
     /// Derivatives at one place.
     #[inline(always)]
     pub fn axes(&self, [a, b, t]: [f32; 3]) -> [Vec3; 3] {

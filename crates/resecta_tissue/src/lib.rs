@@ -68,7 +68,7 @@ pub use messages::{
 };
 pub use plugin::{TissuePlugin, TissueSystems};
 pub use probe::TissueProbe;
-pub use resecta_field::{Chip, Field, FieldError, SurfaceKind};
+pub use resecta_field::{Chip, Field, FieldError, Plane, SurfaceKind};
 pub use settings::{CutDetail, CuttingRule, TissueSettings};
 pub use surface_mesh::{TissueColours, TissueTint};
 pub use tool::{LoopCutter, TissueTool, ToolPart, ToolPartKind, ToolPlacement};

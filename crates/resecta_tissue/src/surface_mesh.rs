@@ -263,10 +263,16 @@ impl Paint<'_> {
         };
         if let Some(tint) = self.tint {
             // Each node's tint counts by how much of the vertex the node carries.
-            for (node, weight) in carriers.parts() {
-                if let Some(tint) = tint.nodes.get(&node) {
-                    colour = colour.mix(&tint.with_alpha(colour.alpha), tint.alpha * weight);
-                }
+            let tints = carriers
+                .parts()
+                .filter_map(|(node, weight)| Some((tint.nodes.get(&node)?, weight)));
+            let (mut sum, mut share) = (LinearRgba::NONE, 0.0);
+            for (tint, weight) in tints {
+                sum += *tint * (tint.alpha * weight);
+                share += tint.alpha * weight;
+            }
+            if share > 0.0 {
+                colour = colour.mix(&(sum * (1.0 / share)).with_alpha(colour.alpha), share.min(1.0));
             }
         }
         let depth = skin.coagulation_mm(vertex) / COAGULATED_MM;

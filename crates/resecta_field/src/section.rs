@@ -1,0 +1,109 @@
+//! Sections: what a plane shows of what is kept, for whoever draws an organ cut open.
+//!
+//! A prism of the sub-lattice is three tetrahedra; in each, place and value are linear. A plane meets a tetrahedron in a
+//! triangle or a quadrilateral, and what of it has a positive value is kept.
+
+use glam::{Vec3, Vec4};
+
+use crate::field::Field;
+
+/// The tetrahedra of a prism, as its corners.
+const TETRAHEDRA: [[usize; 4]; 3] = [[0, 1, 2, 5], [0, 1, 5, 4], [0, 4, 5, 3]];
+
+/// The plane of the points `x` with `normal · x = offset_mm`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// Of unit length.
+    pub normal: Vec3,
+    /// Distance of the plane from the origin along the normal, mm.
+    pub offset_mm: f32,
+}
+
+impl Plane {
+    /// How far a point lies beyond the plane, along the normal, mm.
+    pub fn beyond_mm(&self, point: Vec3) -> f32 {
+        self.normal.dot(point) - self.offset_mm
+    }
+
+    /// The plane's section through a whole pentahedron with its corners at these places, as triangles in either sense.
+    pub fn through_whole(&self, corners: [Vec3; 6], found: &mut impl FnMut([Vec3; 3])) {
+        self.through_prism(corners.map(|corner| corner.extend(1.0)), found);
+    }
+
+    /// Of a prism whose corners have places (xyz) and values (w), what is kept.
+    fn through_prism(&self, corners: [Vec4; 6], found: &mut impl FnMut([Vec3; 3])) {
+        for tetrahedron in TETRAHEDRA {
+            self.through_tetrahedron(tetrahedron.map(|corner| corners[corner]), found);
+        }
+    }
+
+    fn through_tetrahedron(&self, corners: [Vec4; 4], found: &mut impl FnMut([Vec3; 3])) {
+        let beyond = corners.map(|corner| self.beyond_mm(corner.truncate()));
+        let is_beyond = |n: &usize| beyond[*n] > 0.0;
+        let on_edge = |a: usize, b: usize| corners[a].lerp(corners[b], beyond[a] / (beyond[a] - beyond[b]));
+        let (ahead, behind): (Vec<usize>, Vec<usize>) = (0..4).partition(is_beyond);
+        match (&ahead[..], &behind[..]) {
+            (&[alone], &[a, b, c]) | (&[a, b, c], &[alone]) => {
+                keep(&[a, b, c].map(|other| on_edge(alone, other)), found);
+            }
+            (&[a, b], &[c, d]) => {
+                keep(&[on_edge(a, c), on_edge(a, d), on_edge(b, d), on_edge(b, c)], found);
+            }
+            _ => (),
+        }
+    }
+}
+
+/// What of a convex polygon has positive values (w), as a fan of triangles.
+fn keep(polygon: &[Vec4], found: &mut impl FnMut([Vec3; 3])) {
+    // A cut through a quadrilateral adds a corner at most.
+    let mut kept: Vec<Vec3> = Vec::with_capacity(5);
+    for (n, &from) in polygon.iter().enumerate() {
+        let to = polygon[(n + 1) % polygon.len()];
+        if from.w > 0.0 {
+            kept.push(from.truncate());
+        }
+        if (from.w > 0.0) != (to.w > 0.0) {
+            kept.push(from.lerp(to, from.w / (from.w - to.w)).truncate());
+        }
+    }
+    for n in 2..kept.len() {
+        found([kept[0], kept[n - 1], kept[n]]);
+    }
+}
+
+impl Field {
+    /// The section of a plane through what is kept of a pentahedron, every node being at its `position`, mm: triangles in
+    /// either sense. None for a pentahedron that does not exist.
+    pub fn section(
+        &self,
+        pentahedron: u32,
+        plane: &Plane,
+        position: impl Fn(u32) -> Vec3,
+        mut found: impl FnMut([Vec3; 3]),
+    ) {
+        let Some(nodes) = self.mesh.pentahedra.get(pentahedron as usize) else {
+            return;
+        };
+        if !self.is_touched(pentahedron) {
+            plane.through_whole(nodes.map(position), &mut found);
+            return;
+        }
+        // What is emptied may have given its points back.
+        if self.points.of(pentahedron).is_empty() {
+            return;
+        }
+        let carrier = self.mesh.carrier(pentahedron, position);
+        let (sub, points) = (self.mesh.sub(pentahedron), self.points.of(pentahedron));
+        let values = points.iter().map(|&point| self.points.values[point as usize]);
+        let places: Vec<Vec4> = (sub.near_places.iter().zip(values))
+            .map(|(&place, value)| carrier.at_one(place).extend(value))
+            .collect();
+        for prism in &sub.prisms {
+            let corners = prism.map(|point| places[point as usize]);
+            if corners.iter().any(|corner| corner.w > 0.0) {
+                plane.through_prism(corners, &mut found);
+            }
+        }
+    }
+}
