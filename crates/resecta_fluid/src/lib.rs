@@ -2,14 +2,23 @@
 
 mod balance;
 mod bladder;
+mod bleeding;
+mod carrier;
+mod circulation;
 mod irrigation;
 mod plugin;
 mod refused;
+mod vessels;
 
 pub use bladder::{Bladder, BladderSettings, BladderTotals};
+pub use bleeding::BleedingPlugin;
+pub use circulation::{Circulation, CirculationSettings};
 pub use irrigation::{Irrigation, IrrigationPlugin};
 pub use plugin::{FluidPlugins, FluidSystems};
 pub use refused::{FluidError, FluidRefused};
+pub use vessels::{
+    ClosedBy, OpenVessel, Vessel, VesselClosed, VesselError, VesselKind, VesselOpened, VesselState, Vessels,
+};
 
 /// Pascals in a centimetre of water (4 °C, standard gravity).
 pub const PA_PER_CMH2O: f64 = 98.0665;

@@ -10,6 +10,7 @@ use resecta_tissue::TissueSystems;
 use crate::{
     balance::{self, Branch, Passed, Ports},
     bladder::{Bladder, BladderSettings, BladderTotals},
+    bleeding::BleedingPlugin,
     irrigation::IrrigationPlugin,
     refused::{FluidRefused, keep_good},
 };
@@ -74,7 +75,9 @@ impl Default for FluidPlugins {
 
 impl PluginGroup for FluidPlugins {
     fn build(self) -> PluginGroupBuilder {
-        PluginGroupBuilder::start::<Self>().add(IrrigationPlugin::new(self.schedule))
+        PluginGroupBuilder::start::<Self>()
+            .add(IrrigationPlugin::new(self.schedule))
+            .add(BleedingPlugin::new(self.schedule))
     }
 }
 
