@@ -7,8 +7,11 @@ mod carrier;
 mod circulation;
 mod generate;
 mod irrigation;
+mod mixing;
 mod plugin;
+mod red_out;
 mod refused;
+mod turbidity;
 mod vessels;
 
 pub use bladder::{Bladder, BladderSettings, BladderTotals};
@@ -17,7 +20,9 @@ pub use circulation::{Circulation, CirculationSettings};
 pub use generate::VesselOptions;
 pub use irrigation::{Irrigation, IrrigationPlugin};
 pub use plugin::{FluidPlugins, FluidSystems};
+pub use red_out::{Lens, RedOut, RedOutSettings};
 pub use refused::{FluidError, FluidRefused};
+pub use turbidity::{Turbidity, TurbidityPlugin, TurbiditySettings};
 pub use vessels::{
     ClosedBy, OpenVessel, Vessel, VesselClosed, VesselError, VesselKind, VesselOpened, VesselState, Vessels,
 };

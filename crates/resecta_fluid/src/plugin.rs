@@ -13,6 +13,7 @@ use crate::{
     bleeding::BleedingPlugin,
     irrigation::IrrigationPlugin,
     refused::{FluidRefused, keep_good},
+    turbidity::TurbidityPlugin,
 };
 
 /// The stages of a step, in this order, after [`TissueSystems::Last`] in the schedule that the plugins were given. A step of
@@ -78,6 +79,7 @@ impl PluginGroup for FluidPlugins {
         PluginGroupBuilder::start::<Self>()
             .add(IrrigationPlugin::new(self.schedule))
             .add(BleedingPlugin::new(self.schedule))
+            .add(TurbidityPlugin::new(self.schedule))
     }
 }
 

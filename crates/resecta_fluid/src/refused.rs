@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use bevy::prelude::*;
 
-use crate::{bladder::Bladder, circulation::Circulation, irrigation::Irrigation};
+use crate::{bladder::Bladder, circulation::Circulation, irrigation::Irrigation, turbidity::Turbidity};
 
 /// A value that is not finite or out of its range; nothing was changed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -59,6 +59,7 @@ pub(crate) struct Good {
     bladder: <Bladder as Checked>::Settings,
     irrigation: <Irrigation as Checked>::Settings,
     circulation: <Circulation as Checked>::Settings,
+    turbidity: <Turbidity as Checked>::Settings,
 }
 
 /// Looks at the settings of all models and puts back those that make no sense. One system, so that what it tells has an order.
@@ -66,6 +67,7 @@ pub(crate) fn keep_good(
     bladder: Option<ResMut<Bladder>>,
     irrigation: Option<ResMut<Irrigation>>,
     circulation: Option<ResMut<Circulation>>,
+    turbidity: Option<ResMut<Turbidity>>,
     mut good: Local<Good>,
     mut refused: MessageWriter<FluidRefused>,
 ) {
@@ -73,6 +75,7 @@ pub(crate) fn keep_good(
     keep(bladder, &mut good.bladder, &mut refused);
     keep(irrigation, &mut good.irrigation, &mut refused);
     keep(circulation, &mut good.circulation, &mut refused);
+    keep(turbidity, &mut good.turbidity, &mut refused);
 }
 
 fn keep<R: Checked>(resource: Option<ResMut<R>>, good: &mut R::Settings, refused: &mut MessageWriter<FluidRefused>) {
