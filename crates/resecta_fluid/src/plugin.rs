@@ -8,6 +8,7 @@ use bevy::{
 use resecta_tissue::TissueSystems;
 
 use crate::{
+    absorption::AbsorptionPlugin,
     balance::{self, Branch, Passed, Ports},
     bladder::{Bladder, BladderSettings, BladderTotals},
     bleeding::BleedingPlugin,
@@ -80,6 +81,7 @@ impl PluginGroup for FluidPlugins {
             .add(IrrigationPlugin::new(self.schedule))
             .add(BleedingPlugin::new(self.schedule))
             .add(TurbidityPlugin::new(self.schedule))
+            .add(AbsorptionPlugin::new(self.schedule))
     }
 }
 

@@ -4,7 +4,9 @@ use std::ops::RangeInclusive;
 
 use bevy::prelude::*;
 
-use crate::{bladder::Bladder, circulation::Circulation, irrigation::Irrigation, turbidity::Turbidity};
+use crate::{
+    absorption::Absorption, bladder::Bladder, circulation::Circulation, irrigation::Irrigation, turbidity::Turbidity,
+};
 
 /// A value that is not finite or out of its range; nothing was changed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -60,6 +62,7 @@ pub(crate) struct Good {
     irrigation: <Irrigation as Checked>::Settings,
     circulation: <Circulation as Checked>::Settings,
     turbidity: <Turbidity as Checked>::Settings,
+    absorption: <Absorption as Checked>::Settings,
 }
 
 /// Looks at the settings of all models and puts back those that make no sense. One system, so that what it tells has an order.
@@ -68,6 +71,7 @@ pub(crate) fn keep_good(
     irrigation: Option<ResMut<Irrigation>>,
     circulation: Option<ResMut<Circulation>>,
     turbidity: Option<ResMut<Turbidity>>,
+    absorption: Option<ResMut<Absorption>>,
     mut good: Local<Good>,
     mut refused: MessageWriter<FluidRefused>,
 ) {
@@ -76,6 +80,7 @@ pub(crate) fn keep_good(
     keep(irrigation, &mut good.irrigation, &mut refused);
     keep(circulation, &mut good.circulation, &mut refused);
     keep(turbidity, &mut good.turbidity, &mut refused);
+    keep(absorption, &mut good.absorption, &mut refused);
 }
 
 fn keep<R: Checked>(resource: Option<ResMut<R>>, good: &mut R::Settings, refused: &mut MessageWriter<FluidRefused>) {
