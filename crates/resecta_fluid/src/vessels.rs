@@ -1,0 +1,284 @@
+//! The vessels of a tissue: data, and what has become of each.
+
+use bevy::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    circulation::LEAST_SHARE,
+    refused::{FluidError, check},
+};
+
+/// What a vessel carries.
+#[derive(Reflect, Serialize, Deserialize, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum VesselKind {
+    /// Bleeds in a pulsing jet, whatever the bladder's pressure.
+    Arterial,
+    /// Oozes, the less the fuller the bladder, and lets irrigant in where the bladder's pressure is high.
+    Venous,
+}
+
+impl VesselKind {
+    /// How many kinds there are.
+    pub const COUNT: usize = 2;
+}
+
+/// A vessel where it can be cut. Its data go with the tissue at rest.
+#[derive(Reflect, Serialize, Deserialize, Debug, Clone, Copy, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct Vessel {
+    /// The pentahedron that carries it.
+    pub pentahedron: u32,
+    /// Where it opens, mm, in the tissue at rest: in or near the pentahedron.
+    pub place: Vec3,
+    /// Unit direction in which it bleeds, in the tissue at rest.
+    pub direction: Vec3,
+    /// What it carries.
+    pub kind: VesselKind,
+    /// Diameter, mm; above 0, to 20. For the picture: bleeding follows from the rate.
+    pub diameter_mm: f32,
+    /// Mean rate when it has just been opened, against no pressure in the bladder, ml/s; 0 to 100.
+    pub rate_ml_per_s: f64,
+    /// Time in which a clot lowers the rate to 1/e, s; 0.001 or more, infinite for one that never clots.
+    pub clotting_s: f64,
+}
+
+impl Vessel {
+    /// What it loses in all against no pressure if nobody closes it, ml.
+    pub fn yield_ml(&self) -> f64 {
+        self.rate_ml_per_s * self.clotting_s * (1.0 - LEAST_SHARE)
+    }
+
+    fn check(&self) -> Result<(), FluidError> {
+        let finite = |field, vector: Vec3| {
+            let offending = vector.to_array().into_iter().find(|component| !component.is_finite());
+            offending.map_or(Ok(()), |value| {
+                Err(FluidError {
+                    field,
+                    value: value.into(),
+                    expected: "finite components",
+                })
+            })
+        };
+        finite("place", self.place)?;
+        finite("direction", self.direction)?;
+        if !self.direction.is_normalized() {
+            return Err(FluidError {
+                field: "length of direction",
+                value: self.direction.length().into(),
+                expected: "1",
+            });
+        }
+        check("diameter_mm", self.diameter_mm.into(), 1e-6..=20.0, "above 0, to 20 mm")?;
+        check("rate_ml_per_s", self.rate_ml_per_s, 0.0..=100.0, "0 to 100 ml/s")?;
+        check("clotting_s", self.clotting_s, 1e-3..=f64::INFINITY, "0.001 s or more")
+    }
+}
+
+/// What has become of a vessel.
+#[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum VesselState {
+    /// Not yet cut.
+    #[default]
+    Intact,
+    /// Cut, and bleeding.
+    Open,
+    /// Closed by a current, for good.
+    Coagulated,
+    /// Closed by its own clot, for good.
+    Clotted,
+    /// It named no pentahedron of its tissue, and never opens.
+    PutAside,
+}
+
+/// A vessel that bleeds, as it is now.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OpenVessel<'a> {
+    /// Its index in the list.
+    pub index: usize,
+    /// Its data.
+    pub vessel: &'a Vessel,
+    /// Where it bleeds now, mm, world.
+    pub place: Vec3,
+    /// Unit direction in which it bleeds now.
+    pub direction: Vec3,
+    /// Mean rate in the last step, with pulse, clot and the bladder's pressure, ml/s.
+    pub rate_ml_per_s: f64,
+    /// What its clot has left of it, 0.01 to 1.
+    pub share: f64,
+}
+
+/// Why a vessel closed.
+#[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ClosedBy {
+    /// The coagulating current of the tool of this entity.
+    Coagulation(Entity),
+    /// Its own clot.
+    Clot,
+}
+
+/// A vessel was cut and bleeds from now on. Ordered by tissue (as they came into the app) and index.
+#[derive(Message, Debug, Clone, Copy, PartialEq)]
+pub struct VesselOpened {
+    /// The tissue.
+    pub tissue: Entity,
+    /// Index in its [`Vessels`].
+    pub vessel: usize,
+    /// What it carries.
+    pub kind: VesselKind,
+    /// Where, mm, world.
+    pub place: Vec3,
+}
+
+/// A vessel bleeds no more. Ordered as [`VesselOpened`].
+#[derive(Message, Debug, Clone, Copy, PartialEq)]
+pub struct VesselClosed {
+    /// The tissue.
+    pub tissue: Entity,
+    /// Index in its [`Vessels`].
+    pub vessel: usize,
+    /// What it carries.
+    pub kind: VesselKind,
+    /// Where, mm, world.
+    pub place: Vec3,
+    /// Why.
+    pub by: ClosedBy,
+    /// What it lost in all, ml.
+    pub lost_ml: f64,
+}
+
+/// The vessels of a tissue: on the entity with the [`Tissue`](resecta_tissue::Tissue).
+#[derive(Component, Reflect, Debug, Clone, PartialEq, Default)]
+#[reflect(Component, from_reflect = false)]
+pub struct Vessels {
+    #[reflect(ignore)]
+    pub(crate) list: Vec<(Vessel, Course)>,
+    /// Ordinal of the list in its app: decides the order of sums and messages, since entity ids may not.
+    #[reflect(ignore)]
+    pub(crate) ordinal: Option<u64>,
+    #[reflect(ignore)]
+    pub(crate) lost_ml: [f64; VesselKind::COUNT],
+}
+
+/// What has become of a vessel so far.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Course {
+    pub state: VesselState,
+    /// The pentahedron that carries it now.
+    pub carrier: u32,
+    /// Whether that is another than it was at rest.
+    pub strayed: bool,
+    pub place: Vec3,
+    pub direction: Vec3,
+    /// Since it was opened, s.
+    pub age_s: f64,
+    /// How long a coagulating loop has been near, s.
+    pub dwell_s: f64,
+    /// What it loses in the present step against no pressure, ml.
+    pub due_ml: f64,
+    pub rate_ml_per_s: f64,
+    pub lost_ml: f64,
+}
+
+impl Vessels {
+    /// Vessels of a tissue, none of them cut.
+    ///
+    /// # Errors
+    /// [`VesselError`] names the first vessel with a value that makes no sense. Whether the pentahedra exist shows in the first
+    /// step: a vessel that names none is put aside and told.
+    pub fn new(vessels: Vec<Vessel>) -> Result<Self, VesselError> {
+        for (vessel, data) in vessels.iter().enumerate() {
+            data.check().map_err(|error| VesselError::Vessel { vessel, error })?;
+        }
+        let course = |vessel: &Vessel| Course {
+            state: VesselState::Intact,
+            carrier: vessel.pentahedron,
+            strayed: false,
+            place: vessel.place,
+            direction: vessel.direction,
+            age_s: 0.0,
+            dwell_s: 0.0,
+            due_ml: 0.0,
+            rate_ml_per_s: 0.0,
+            lost_ml: 0.0,
+        };
+        Ok(Self {
+            list: vessels.into_iter().map(|vessel| (vessel, course(&vessel))).collect(),
+            ..default()
+        })
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// All of them, with what has become of each.
+    pub fn iter(&self) -> impl Iterator<Item = (&Vessel, VesselState)> {
+        self.list.iter().map(|(vessel, course)| (vessel, course.state))
+    }
+
+    /// What has become of one; none past the end.
+    pub fn state(&self, vessel: usize) -> Option<VesselState> {
+        self.list.get(vessel).map(|(_, course)| course.state)
+    }
+
+    /// Those that bleed, by index.
+    pub fn open(&self) -> impl Iterator<Item = OpenVessel<'_>> {
+        let open = self.list.iter().enumerate();
+        open.filter(|(_, (_, course))| course.state == VesselState::Open)
+            .map(|(index, (vessel, course))| OpenVessel {
+                index,
+                vessel,
+                place: course.place,
+                direction: course.direction,
+                rate_ml_per_s: course.rate_ml_per_s,
+                share: course.share(vessel),
+            })
+    }
+
+    /// Blood lost through vessels of a kind, ml.
+    pub fn lost_ml(&self, kind: VesselKind) -> f64 {
+        self.lost_ml[kind as usize]
+    }
+
+    /// Blood lost through one, ml; 0 past the end.
+    pub fn lost_by_ml(&self, vessel: usize) -> f64 {
+        self.list.get(vessel).map_or(0.0, |(_, course)| course.lost_ml)
+    }
+}
+
+impl Course {
+    /// What the clot has left of the rate.
+    pub fn share(&self, vessel: &Vessel) -> f64 {
+        (-self.age_s / vessel.clotting_s).exp()
+    }
+}
+
+/// Why there are no vessels.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum VesselError {
+    /// A value of a vessel makes no sense.
+    #[error("vessel {vessel}: {error}")]
+    Vessel {
+        /// Which one.
+        vessel: usize,
+        /// What is wrong with it.
+        error: FluidError,
+    },
+    /// An option of the generator makes no sense.
+    #[error("{0}")]
+    Option(#[from] FluidError),
+    /// More vessels than a gland has pentahedra to carry them.
+    #[error("{wanted} vessels are too many for {places} pentahedra")]
+    TooMany {
+        /// How many were asked for.
+        wanted: usize,
+        /// How many pentahedra there are for them.
+        places: usize,
+    },
+}
