@@ -5,6 +5,7 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, Color32, RichText, Ui},
 };
+use resecta_fluid::{Bladder, Turbidity};
 use resecta_instrument::InstrumentState;
 use resecta_scenario::{ActiveExercise, MetricId, Metrics, ScoreCard};
 use resecta_tissue::TissueDiagnostics;
@@ -34,6 +35,7 @@ fn show(
     metrics: Res<Metrics>,
     card: Res<ScoreCard>,
     diagnostics: Res<TissueDiagnostics>,
+    (bladder, turbidity): (Option<Res<Bladder>>, Option<Res<Turbidity>>),
     pace: Res<Pace>,
     instruments: Query<&InstrumentState>,
     mut flow: ResMut<GameFlow>,
@@ -66,6 +68,10 @@ fn show(
                 ui.separator();
                 if let Ok(state) = instruments.get(active.instrument) {
                     instrument(ui, state);
+                    ui.separator();
+                }
+                if let Some(bladder) = &bladder {
+                    water(ui, bladder, turbidity.as_deref(), &metrics);
                     ui.separator();
                 }
                 simulation(ui, &diagnostics, &pace);
@@ -174,6 +180,43 @@ fn instrument(ui: &mut Ui, state: &InstrumentState) {
         ("Roll", format!("{:+.0}°", state.roll_deg), Color32::LIGHT_GRAY),
     ];
     table(ui, "instrument", rows);
+}
+
+/// Pressure from which irrigant gets into opened veins, cmH2O: 2 kPa.
+const ABSORBING_CMH2O: f64 = 20.4;
+
+fn water(ui: &mut Ui, bladder: &Bladder, turbidity: Option<&Turbidity>, metrics: &Metrics) {
+    ui.label(RichText::new("Blood and water").strong());
+    let plain = Color32::LIGHT_GRAY;
+    let pressure = bladder.pressure_cmh2o();
+    let view = turbidity.map_or(1.0, Turbidity::visibility);
+    let absorbed = metrics.value(MetricId::Absorbed);
+    let rows = [
+        ("Bladder", format!("{:.0} ml", bladder.volume_ml()), plain),
+        (
+            "Pressure",
+            format!("{pressure:.0} cmH2O"),
+            if pressure > ABSORBING_CMH2O { CAREFUL } else { plain },
+        ),
+        (
+            "Blood lost",
+            format!("{:.0} ml", metrics.value(MetricId::BloodLost)),
+            plain,
+        ),
+        (
+            "View",
+            format!("{:.0} %", 100.0 * view),
+            if view < 0.3 {
+                BAD
+            } else if view < 0.6 {
+                CAREFUL
+            } else {
+                plain
+            },
+        ),
+        ("Absorbed", format!("{absorbed:.0} ml"), plain),
+    ];
+    table(ui, "water", rows);
 }
 
 fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {

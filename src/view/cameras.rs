@@ -9,10 +9,12 @@ use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::ActiveExercise;
 use resecta_tissue::TissueProbe;
 
-use super::{ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems, gland::sagittal, palette};
+use super::{ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems, blood::Water, gland::sagittal, palette};
 
 /// Nearest distance that is drawn, mm. Tissue may nearly touch the lens.
 pub(super) const NEAR_MM: f32 = 0.05;
+/// What is seen where there is nothing lies so far away, mm.
+const FAR_MM: f32 = 40.0;
 /// Vertical angle of the outside view, degrees.
 const OUTSIDE_DEG: f32 = 32.0;
 /// Room around gland and bladder in the outside view, as a share of their size.
@@ -121,6 +123,7 @@ pub(super) fn endoscope_background() -> Color {
 fn follow_lens(
     active: Option<Res<ActiveExercise>>,
     instruments: Query<(&Resectoscope, &InstrumentState)>,
+    water: Res<Water>,
     mut cameras: Query<(&mut Camera, &mut Projection, &mut Transform, &mut TissueProbe), With<EndoscopeCamera>>,
 ) {
     let Some((scope, state)) = active.and_then(|active| instruments.get(active.instrument).ok()) else {
@@ -128,7 +131,8 @@ fn follow_lens(
     };
     let half = (scope.geometry.field_of_view_deg.to_radians() / 2.0).tan();
     for (mut camera, mut projection, mut transform, mut probe) in &mut cameras {
-        camera.clear_color = ClearColorConfig::Custom(endoscope_background());
+        let background = water.beyond(palette::DEEP, FAR_MM);
+        camera.clear_color = ClearColorConfig::Custom(background.into());
         *transform = Transform::from_isometry(scope.lens_pose(state));
         probe.point = transform.translation;
         let aspect = aspect(&camera);

@@ -61,6 +61,10 @@ pub struct Look {
     pub surface: u32,
     /// How far the lens lies in tissue, from 0, not at all, to 1: [`Surface::Tissue`] is then red from behind.
     pub in_tissue: f32,
+    /// Light that clouded water takes on the way from the surface to the lens, for each mm; 0 in clear water.
+    pub extinction: f32,
+    /// Share of the lens that blood covers, 0 to 1.
+    pub covered: f32,
 }
 
 /// What a [`ViewMaterial`] covers.
@@ -93,6 +97,8 @@ impl Default for Look {
             field_cos: -1.0,
             surface: Surface::Solid as u32,
             in_tissue: 0.0,
+            extinction: 0.0,
+            covered: 0.0,
         }
     }
 }

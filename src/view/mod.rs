@@ -11,6 +11,7 @@
 //! | to find | look in |
 //! |---|---|
 //! | where a camera stands and what it sees | `cameras.rs` |
+//! | blood in the water and from vessels | `blood.rs` |
 //! | the round field | `round_field.rs` |
 //! | colours of the gland, the marked part | `gland.rs` |
 //! | the section of the outside view | `sections.rs` |
@@ -19,6 +20,7 @@
 //! | pictures as files | `pictures.rs` |
 
 mod adapter;
+mod blood;
 mod cameras;
 mod gland;
 mod instrument;
@@ -79,6 +81,7 @@ impl Plugin for ViewPlugin {
         );
         app.add_plugins((
             material::plugin,
+            blood::plugin,
             cameras::plugin,
             round_field::plugin,
             gland::plugin,

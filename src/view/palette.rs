@@ -27,6 +27,11 @@ pub const BACKGROUND: LinearRgba = LinearRgba::new(0.012, 0.016, 0.022, 1.0);
 /// What is seen where there is nothing: water and blood, out of the lamp's reach.
 pub const DEEP: LinearRgba = LinearRgba::new(0.020, 0.003, 0.002, 1.0);
 
+/// Blood that has just left a vessel.
+pub const BLOOD: LinearRgba = LinearRgba::new(0.34, 0.012, 0.010, 1.0);
+/// Water clouded by blood, lit by the lamp. The shader has the same.
+pub const MURK: LinearRgba = LinearRgba::new(0.150, 0.012, 0.008, 1.0);
+
 /// Steel of sheath and loop.
 pub const STEEL: LinearRgba = LinearRgba::new(0.50, 0.52, 0.55, 1.0);
 /// The insulated beak.

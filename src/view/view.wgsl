@@ -20,6 +20,8 @@ struct Look {
     field_cos: f32,
     surface: u32,
     in_tissue: f32,
+    extinction: f32,
+    covered: f32,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> look: Look;
@@ -28,6 +30,10 @@ const TISSUE: u32 = 0u;
 const SECTION: u32 = 1u;
 const SOLID: u32 = 2u;
 const FLAT: u32 = 3u;
+
+// As `MURK` in palette.rs.
+const MURK: vec3<f32> = vec3(0.150, 0.012, 0.008);
+const BLOOD_ON_LENS: vec3<f32> = vec3(0.20, 0.008, 0.006);
 
 // A number from 0 to 1 for each point of the grid of integers.
 fn hash(p: vec3<i32>) -> f32 {
@@ -186,6 +192,9 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     let edge = pow(1.0 - clamp(dot(normal, -ray), 0.0, 1.0), 4.0);
     light += vec3(1.0, 0.96, 0.92) * gloss * min(strength, 0.9) * (highlight * 0.7 + edge * 0.08);
     light += look.colour.rgb * look.glow;
+    // Blood in the water takes light away and sends some of the lamp's back; blood on the lens hides all.
+    light = mix(MURK * look.brightness, light, exp(-look.extinction * distance));
+    light = mix(light, BLOOD_ON_LENS, look.covered);
 
     out.color = vec4(develop(light), look.colour.a);
     return out;

@@ -55,6 +55,17 @@ pub struct Irrigation {
     pub outflow_head_cmh2o: f64,
 }
 
+impl Irrigation {
+    /// The same, if it makes sense.
+    ///
+    /// # Errors
+    /// [`FluidError`] names the first field that is out of range.
+    pub fn checked(self) -> Result<Self, FluidError> {
+        Self::check(&self)?;
+        Ok(self)
+    }
+}
+
 impl Default for Irrigation {
     fn default() -> Self {
         Self {

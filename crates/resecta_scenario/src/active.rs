@@ -13,6 +13,7 @@ use crate::{
     score::ScoreCard,
     state::RunState,
     trace::Trace,
+    water,
 };
 
 /// Colour of marked tissue, over half of its own: a blue that no tissue has.
@@ -63,6 +64,7 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
         tissue,
         resectoscope,
         start,
+        water,
         ..
     } = prepared;
 
@@ -86,6 +88,8 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
     let instrument = world
         .spawn((Name::new("Resectoscope"), resectoscope, start, InstrumentRequest(start)))
         .id();
+
+    water::fill(world, water, tissue, instrument);
 
     let mut metrics = Metrics::default();
     metrics.removal.marked_total_mm3 = marked.total_mm3();

@@ -6,7 +6,7 @@ use resecta_solver::{CollapseLaw, ShearResistance};
 use resecta_tissue::{CutDetail, CuttingRule};
 use serde::{Deserialize, Serialize};
 
-use crate::metrics::MetricId;
+use crate::{metrics::MetricId, water::Water};
 
 /// One exercise, as its author wrote it. Absent optional fields take the default stated beside them; `Some(..)` may be
 /// left out around a value.
@@ -69,6 +69,8 @@ pub struct Models {
     /// `Elements`, whole ones as in the papers.
     #[serde(with = "CutDetailText")]
     pub detail: CutDetail,
+    /// Blood and water. Default: none, a dry scene.
+    pub water: Option<Water>,
 }
 
 impl Default for Models {
@@ -80,6 +82,7 @@ impl Default for Models {
             collision: true,
             cutting: CuttingRule::Sweep,
             detail: CutDetail::default(),
+            water: None,
         }
     }
 }

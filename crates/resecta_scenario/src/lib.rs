@@ -10,6 +10,7 @@
 //! | what an exercise file may say | `exercise.rs` |
 //! | which rules it must keep | `rules.rs` |
 //! | which tissue is marked | `region.rs` |
+//! | which blood and water it has | `water.rs` |
 //! | the table of metrics, and how each is measured | `metrics/` |
 //! | how points follow from metrics | `score.rs` |
 //! | the order of a step | `plugin.rs` |
@@ -40,6 +41,7 @@ mod rules;
 mod score;
 mod state;
 mod trace;
+mod water;
 
 pub use active::{ActiveExercise, spawn_exercise};
 pub use errors::{ExerciseError, RuleError};
@@ -55,6 +57,7 @@ pub use report::{CaseSummary, ExerciseSummary, FORMAT, MetricValue, Report, RunS
 pub use score::{GoalState, ScoreCard, ScoreLine};
 pub use state::{CapsulePerforated, EndReason, RunState};
 pub use trace::{COLUMNS, Trace, TraceRow};
+pub use water::{Bleeding, Water};
 
 /// What a user types daily.
 pub mod prelude {

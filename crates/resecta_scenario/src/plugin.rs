@@ -4,15 +4,17 @@ use bevy::{
     ecs::schedule::{InternedScheduleLabel, ScheduleLabel},
     prelude::*,
 };
+use resecta_fluid::{Bladder, Circulation, FluidSystems, RedOut, Turbidity};
 use resecta_instrument::{InstrumentPlayback, InstrumentState, Resectoscope};
 use resecta_tissue::{TissueContact, TissueResected, TissueSystems};
 
 use crate::{
     active::ActiveExercise,
-    metrics::{Metrics, StepObservation},
+    metrics::{Metrics, StepObservation, WaterStep},
     score::ScoreCard,
     state::{CapsulePerforated, EndReason, RunState},
     trace::{Trace, TraceRow},
+    water,
 };
 
 /// Measures and scores the exercise in play. Without an [`ActiveExercise`] nothing runs.
@@ -77,12 +79,14 @@ impl Plugin for ScenarioPlugin {
                 )
                     .chain()
                     .after(TissueSystems::Last)
+                    .after(FluidSystems::Last)
                     .run_if(resource_exists::<ActiveExercise>),
             )
             .add_systems(
                 self.schedule,
                 (
-                    observe.in_set(Observe),
+                    water::follow_lens.in_set(FluidSystems::First),
+                    (observe, observe_water).chain().in_set(Observe),
                     measure.in_set(Measure),
                     record.in_set(Record).run_if(resource_exists::<Trace>),
                     judge.in_set(Judge),
@@ -120,6 +124,30 @@ fn observe(
     }
 }
 
+/// What blood and water did since the last step: their books run from the start of the exercise.
+fn observe_water(
+    (bladder, circulation, turbidity): (Option<Res<Bladder>>, Option<Res<Circulation>>, Option<Res<Turbidity>>),
+    red_outs: Query<&RedOut>,
+    active: Res<ActiveExercise>,
+    mut before: Local<[f64; 3]>,
+    mut step: ResMut<StepObservation>,
+) {
+    let totals = bladder.map(|bladder| *bladder.totals()).unwrap_or_default();
+    let blood_ml = circulation.map_or(0.0, |circulation| circulation.blood_loss_ml());
+    let now = [blood_ml, totals.irrigated_ml, totals.absorbed_ml];
+    // Books that begin anew begin at 0.
+    let [blood_ml, irrigated_ml, absorbed_ml] =
+        std::array::from_fn(|n| if now[n] < before[n] { now[n] } else { now[n] - before[n] });
+    *before = now;
+    let clear = 1.0 - red_outs.get(active.instrument).map_or(0.0, |red_out| red_out.covered);
+    step.water = WaterStep {
+        blood_ml,
+        irrigated_ml,
+        absorbed_ml,
+        visibility: clear * turbidity.map_or(1.0, |turbidity| turbidity.visibility()),
+    };
+}
+
 fn measure(
     mut commands: Commands,
     step: Res<StepObservation>,
@@ -132,6 +160,7 @@ fn measure(
     metrics.capsule.observe(&step);
     metrics.current.observe(&step);
     metrics.motion.observe(&step);
+    metrics.water.observe(&step);
     if step.current_on_capsule
         && step.capsule_cut_mm2 > 0.0
         && let Ok((state, resectoscope)) = instruments.get(active.instrument)

@@ -12,6 +12,7 @@ use crate::{
     library::LoadedExercise,
     region::MarkedRegion,
     rules,
+    water::PreparedWater,
 };
 
 /// An exercise ready to be spawned: the gland built, the region marked, the instrument placed.
@@ -34,6 +35,8 @@ pub struct PreparedExercise {
     pub resectoscope: Resectoscope,
     /// Where it starts.
     pub start: InstrumentState,
+    /// Its blood and water.
+    pub(crate) water: Option<PreparedWater>,
 }
 
 /// A lattice in numbers.
@@ -108,6 +111,8 @@ impl LoadedExercise {
             Some(start) => start,
             None => beside_verumontanum(&resectoscope, &self.case),
         };
+        let water = models.water.as_ref().map(|water| water.prepare(&tissue));
+        let water = water.transpose().map_err(broken)?;
         let adenoma =
             (0..tissue.pentahedron_count() as u32).filter(|&index| tissue.pentahedron_zone(index).is_adenoma());
         Ok(PreparedExercise {
@@ -126,6 +131,7 @@ impl LoadedExercise {
             tissue,
             resectoscope,
             start,
+            water,
             loaded: self,
         })
     }

@@ -94,6 +94,9 @@ fn models(models: &Models) -> Checked {
             "0.2 to 2 mm",
         ));
     }
+    if let Some(water) = &models.water {
+        water.check()?;
+    }
     // The material's own way to resist shear is known with the case; none at all allows the most.
     let material = Material {
         shear: models.shear.unwrap_or(ShearResistance::None),

@@ -207,6 +207,28 @@ fn broken_rules_name_field_value_and_what_was_expected() {
             "models.poisson_ratio is 0.2; expected 0.25 to 0.49 with diagonals",
         ),
         (
+            (
+                "marked: (",
+                "models: (water: (irrigation: (bag_height_cmh2o: 500))), marked: (",
+            ),
+            "models.water.irrigation.bag_height_cmh2o is 500; expected 0 to 100 cmH2O",
+        ),
+        (
+            ("marked: (", "models: (water: (bladder_ml: -1)), marked: ("),
+            "models.water.bladder_ml is -1; expected 0 to 1e6 ml",
+        ),
+        (
+            (
+                "marked: (",
+                "models: (water: (bleeding: (circulation: (pulsatility: 2)))), marked: (",
+            ),
+            "models.water.bleeding.circulation.pulsatility is 2; expected 0 to 1",
+        ),
+        (
+            ("marked: (", "models: (water: (turbidity: (fossa_ml: 0))), marked: ("),
+            "models.water.turbidity.fossa_ml is 0; expected 0.1 to 1,000 ml",
+        ),
+        (
             ("marked: (", "models: (collapse: CompressionForce(share: 5)), marked: ("),
             "models.collapse.CompressionForce.share is 5; expected a share from 0 to 1",
         ),

@@ -304,12 +304,12 @@ impl Fine {
         }
         let field = &self.field;
         self.shreds.retain(|&pentahedron| field.fill(pentahedron) > 0.0);
-        let is_off = |pentahedron: &u32| {
-            let is_torn =
-                || field.fill(*pentahedron) < THREAD_SHARE && longest_stretch(solver, *pentahedron) > TORN_STRETCH;
-            solver.volume_of(*pentahedron) <= 0.0 || is_torn()
+        let is_inside_out = |pentahedron: u32| solver.volume_of(pentahedron) <= 0.0;
+        let is_torn = |pentahedron: u32| {
+            field.fill(pentahedron) < THREAD_SHARE && longest_stretch(solver, pentahedron) > TORN_STRETCH
         };
-        let torn: Vec<u32> = self.shreds.iter().copied().filter(is_off).collect();
+        let shreds = self.shreds.iter().copied();
+        let torn: Vec<u32> = shreds.filter(|&n| is_inside_out(n) || is_torn(n)).collect();
         (!torn.is_empty()).then(|| self.empty(solver, &torn))
     }
 

@@ -9,6 +9,7 @@ mod motion;
 mod observation;
 mod removal;
 mod table;
+mod water;
 
 use bevy::prelude::*;
 
@@ -18,6 +19,7 @@ pub use motion::TipMotion;
 pub use observation::StepObservation;
 pub use removal::Removal;
 pub use table::{Better, MetricId, MetricInfo};
+pub use water::{BloodAndWater, WaterStep};
 
 /// Everything measured of the run so far. Reset when an exercise starts; read values with [`Metrics::value`].
 #[derive(Resource, Reflect, Debug, Clone, PartialEq, Default)]
@@ -35,6 +37,8 @@ pub struct Metrics {
     pub current: CurrentUse,
     /// Where the tip went and how deep the instrument pressed.
     pub motion: TipMotion,
+    /// What blood and water did.
+    pub water: BloodAndWater,
 }
 
 impl Metrics {
@@ -45,6 +49,7 @@ impl Metrics {
             capsule,
             current,
             motion,
+            water,
             ..
         } = self;
         match metric {
@@ -69,6 +74,10 @@ impl Metrics {
             MetricId::MassPerStroke if current.strokes == 0 => 0.0,
             MetricId::MassPerStroke => removal.mass_g() / f64::from(current.strokes),
             MetricId::LargestContactDepth => motion.largest_depth_mm,
+            MetricId::BloodLost => water.blood_ml,
+            MetricId::Irrigated => water.irrigated_ml,
+            MetricId::Absorbed => water.absorbed_ml,
+            MetricId::BlindTime => water.blind_s,
         }
     }
 

@@ -5,6 +5,7 @@ use resecta_instrument::InstrumentState;
 use resecta_solver::NodeKind;
 use resecta_tissue::{TissueContact, TissueResected, ToolPartKind};
 
+use super::WaterStep;
 use crate::region::MarkedRegion;
 
 /// One fixed step of a run, rewritten every step.
@@ -32,6 +33,8 @@ pub struct StepObservation {
     pub marked_removed_mm3: f64,
     /// Area of capsule removed, mm².
     pub capsule_cut_mm2: f64,
+    /// Blood and water.
+    pub water: WaterStep,
 }
 
 impl StepObservation {

@@ -102,6 +102,14 @@ metrics! {
     MassPerStroke = "g_per_stroke", "Mass per cut", "g", More;
     /// Deepest overlap of the instrument with tissue at the beginning of a step.
     LargestContactDepth = "largest_contact_depth_mm", "Largest contact depth", "mm", Less;
+    /// Blood lost through opened vessels; 0 where the exercise has none.
+    BloodLost = "blood_lost_ml", "Blood lost", "ml", Less;
+    /// Irrigant that came from the bag.
+    Irrigated = "irrigated_ml", "Irrigant used", "ml", Less;
+    /// Irrigant that got into opened veins.
+    Absorbed = "absorbed_ml", "Irrigant absorbed", "ml", Less;
+    /// Time in which less than 30 % of the light came back to the lens.
+    BlindTime = "blind_s", "Time without a view", "s", Less;
 }
 
 impl MetricId {
