@@ -310,7 +310,16 @@ impl Fine {
         };
         let shreds = self.shreds.iter().copied();
         let torn: Vec<u32> = shreds.filter(|&n| is_inside_out(n) || is_torn(n)).collect();
-        (!torn.is_empty()).then(|| self.empty(solver, &torn))
+        if torn.is_empty() {
+            return None;
+        }
+        // They go with a chip that is under way and do not make it wait: shreds may tear off for seconds after a stroke.
+        let grew = self.chip.as_ref().map(|chip| chip.grew);
+        let taken = self.empty(solver, &torn);
+        if let (Some(chip), Some(grew)) = (&mut self.chip, grew) {
+            chip.grew = grew;
+        }
+        Some(taken)
     }
 
     /// Coagulates the tissue around a point.
@@ -412,6 +421,19 @@ mod tests {
         assert!(fine.field().fill(1 - shred) > 0.98 * other, "it stays");
         assert!((2..10).all(|pentahedron| fine.field().fill(pentahedron) == 1.0));
         assert!(torn(&solver, &mut fine).is_none(), "once");
+    }
+
+    #[test]
+    fn what_tears_off_goes_with_the_chip_under_way_and_does_not_make_it_wait() {
+        let (mut solver, mut fine, shred) = row_with_hole(2.0, SHRED_SHARE);
+        assert!(fine.take_chip(&solver).is_none(), "it grew in this step");
+        fine.begin_step();
+        let kept = fine.field().kept_mm3(shred);
+        let removed = fine.field().removed_mm3();
+        move_nodes(&mut solver, 0..4, Vec3::X * 6.0);
+        torn(&solver, &mut fine).expect("a shred tears off");
+        let (_, chip) = fine.take_chip(&solver).expect("nothing was cut in this step");
+        assert!(chip.rest_volume_mm3 >= removed + kept - 1e-9);
     }
 
     #[test]
