@@ -7,6 +7,7 @@
 //! | [`anatomy`] | cases, contours, the lattice, import and export |
 //! | [`solver`] | motion and resection on dense arrays, without Bevy |
 //! | [`tissue`] | tissue as entities: nodes, springs, pentahedra, collision, visible mesh |
+//! | [`fluid`] | blood and water: irrigation, bleeding, turbidity, absorption |
 //! | [`instrument`] | the resectoscope and where its input comes from |
 //! | [`scenario`] | exercises, metrics, score, the record of a run |
 //!
@@ -38,6 +39,7 @@ pub mod spring_scene;
 pub mod view;
 
 pub use resecta_anatomy as anatomy;
+pub use resecta_fluid as fluid;
 pub use resecta_instrument as instrument;
 pub use resecta_scenario as scenario;
 pub use resecta_solver as solver;
@@ -49,6 +51,7 @@ pub use plugins::{FixedStepPlugin, ResectaPlugins, STEP_HZ};
 pub mod prelude {
     pub use crate::ResectaPlugins;
     pub use resecta_anatomy::{Case, Lattice, LatticeOptions, Zone};
+    pub use resecta_fluid::prelude::*;
     pub use resecta_instrument::prelude::*;
     pub use resecta_scenario::prelude::*;
     // Under a name of its own: Bevy's prelude has a `Material`.
