@@ -7,7 +7,7 @@ use bevy::{
 };
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::ActiveExercise;
-use resecta_tissue::TissueProbe;
+use resecta_tissue::{TissueProbe, TissueSystems};
 
 use super::{ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems, blood::Water, gland::sagittal, palette};
 
@@ -25,6 +25,7 @@ const ABOVE_MM: f32 = 12.0;
 pub fn plugin(app: &mut App) {
     app.register_type::<EndoscopeCamera>()
         .register_type::<OutsideCamera>()
+        .add_systems(FixedPostUpdate, ask_at_lens.before(TissueSystems::WriteBack))
         .add_systems(Update, (follow_lens, go_round).in_set(ViewSystems::Follow));
 }
 
@@ -120,21 +121,34 @@ pub(super) fn endoscope_background() -> Color {
     palette::DEEP.into()
 }
 
+/// Asks whether the lens lies in tissue, where it is in this step.
+fn ask_at_lens(
+    active: Option<Res<ActiveExercise>>,
+    instruments: Query<(&Resectoscope, &InstrumentState)>,
+    mut probes: Query<&mut TissueProbe, With<EndoscopeCamera>>,
+) {
+    let Some((scope, state)) = active.and_then(|active| instruments.get(active.instrument).ok()) else {
+        return;
+    };
+    for mut probe in &mut probes {
+        probe.point = scope.lens_pose(state).translation.into();
+    }
+}
+
 fn follow_lens(
     active: Option<Res<ActiveExercise>>,
     instruments: Query<(&Resectoscope, &InstrumentState)>,
     water: Res<Water>,
-    mut cameras: Query<(&mut Camera, &mut Projection, &mut Transform, &mut TissueProbe), With<EndoscopeCamera>>,
+    mut cameras: Query<(&mut Camera, &mut Projection, &mut Transform), With<EndoscopeCamera>>,
 ) {
     let Some((scope, state)) = active.and_then(|active| instruments.get(active.instrument).ok()) else {
         return;
     };
     let half = (scope.geometry.field_of_view_deg.to_radians() / 2.0).tan();
-    for (mut camera, mut projection, mut transform, mut probe) in &mut cameras {
+    for (mut camera, mut projection, mut transform) in &mut cameras {
         let background = water.beyond(palette::DEEP, FAR_MM);
         camera.clear_color = ClearColorConfig::Custom(background.into());
         *transform = Transform::from_isometry(scope.lens_pose(state));
-        probe.point = transform.translation;
         let aspect = aspect(&camera);
         if let Projection::Perspective(perspective) = &mut *projection {
             // The projection's angle is the vertical one; in a picture higher than wide the circle touches the sides.

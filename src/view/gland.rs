@@ -70,10 +70,13 @@ fn red_out(
     glands: Query<&MeshMaterial3d<ViewMaterial>, With<Tissue>>,
     mut materials: ResMut<Assets<ViewMaterial>>,
 ) {
-    let distances = lenses.iter().filter_map(|probe| probe.distance_mm);
     let [begins, full] = RED_OUT_MM;
-    let share = (begins - distances.fold(begins, f32::min)) / (begins - full);
-    let in_tissue = share.min(1.0);
+    let share = |probe: &TissueProbe| {
+        let distance = probe.distance_mm.unwrap_or(f32::INFINITY);
+        let signed = if probe.inside { -distance } else { distance };
+        ((begins - signed) / (begins - full)).clamp(0.0, 1.0)
+    };
+    let in_tissue = lenses.iter().map(share).fold(0.0, f32::max);
     for gland in &glands {
         if materials
             .get(gland)

@@ -15,7 +15,9 @@ use crate::{
 pub struct TissueProbe {
     /// The point, mm, in the world. One that is not finite is far from everything.
     pub point: Vec3,
-    /// The answer: distance to the surface, mm, negative inside tissue; none if no surface is within 3 mm.
+    /// The answer: whether the point lies in tissue.
+    pub inside: bool,
+    /// Distance to the nearest surface, mm; none if that is further than 3 mm.
     pub distance_mm: Option<f32>,
 }
 
@@ -33,25 +35,27 @@ pub(crate) fn probe(mut tissues: Query<(&mut Tissue, &mut Collider)>, mut probes
         collider.update(&Skin::of(tissue));
     }
     for mut probe in &mut probes {
+        let mut answer = TissueProbe {
+            point: probe.point,
+            ..default()
+        };
         let point = probe.point;
-        let mut nearest: Option<f32> = None;
         for (tissue, collider) in ordered.iter_mut().filter(|_| point.is_finite()) {
             let Tissue { solver, fine, .. } = &mut **tissue;
+            answer.inside |= collider.holds(solver, fine.as_mut(), point);
             if let Some(fine) = fine {
                 fine.bring(
                     solver,
                     collider.chunks_near(&Axis { a: point, b: point }, DEPTH_LIMIT_MM),
                 );
             }
-            let found = collider.nearest_face(&Skin::of(tissue), point).map(|nearest| {
-                let distance = nearest.closest.on_triangle.distance(point);
-                if nearest.inside { -distance } else { distance }
-            });
-            let nearer = found.filter(|found| nearest.is_none_or(|nearest| found.abs() < nearest.abs()));
-            nearest = nearer.or(nearest);
+            let nearest = collider.nearest_face(&Skin::of(tissue), point);
+            let distances = [
+                answer.distance_mm,
+                nearest.map(|nearest| nearest.closest.on_triangle.distance(point)),
+            ];
+            answer.distance_mm = distances.into_iter().flatten().min_by(f32::total_cmp);
         }
-        if probe.distance_mm != nearest {
-            probe.distance_mm = nearest;
-        }
+        probe.set_if_neq(answer);
     }
 }

@@ -29,10 +29,12 @@ pub(crate) struct SkinVersion {
 impl<'a> Skin<'a> {
     /// The skin of a tissue. A fine one is where [`Fine::bring`] or [`Fine::follow`] last brought it.
     pub fn of(tissue: &'a Tissue) -> Self {
-        Self {
-            solver: &tissue.solver,
-            fine: tissue.fine.as_ref(),
-        }
+        Self::new(&tissue.solver, tissue.fine.as_ref())
+    }
+
+    /// The skin of a tissue of these parts.
+    pub fn new(solver: &'a resecta_solver::Tissue, fine: Option<&'a Fine>) -> Self {
+        Self { solver, fine }
     }
 
     /// The tissue whose skin it is.

@@ -70,7 +70,7 @@ pub const TIE_MM: f32 = 1e-4;
 /// that is not pushed.
 const SLACK_MM: f32 = 0.5;
 /// How much wider bounds are than the places they are of, mm: the slack, and room for rounding.
-const LOOSENED_MM: f32 = 1.02 * SLACK_MM;
+pub const LOOSENED_MM: f32 = 1.02 * SLACK_MM;
 
 /// A triangle of the surface with its corners where they are now.
 #[derive(Debug, Clone, Copy)]
@@ -153,6 +153,16 @@ impl Collider {
     /// Keeps the contacts found.
     pub fn put_found(&mut self, found: Vec<Found>) {
         self.found = found;
+    }
+
+    /// The hierarchy; its leaves are patches.
+    pub fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
+
+    /// A leaf of the hierarchy.
+    pub fn patch(&self, patch: u32) -> &patches::Patch {
+        self.patches.get(patch)
     }
 
     /// Bounds of the whole surface, wider by a slack; none without one.
@@ -281,7 +291,7 @@ impl Collider {
 }
 
 /// The triangles of a run where they are now.
-fn faces(run: &Run, skin: &Skin) -> impl Iterator<Item = Face> {
+pub fn faces(run: &Run, skin: &Skin) -> impl Iterator<Item = Face> {
     run.triangles.iter().map(|&(slot, vertices)| Face {
         slot,
         vertices,

@@ -11,6 +11,7 @@ mod patches;
 mod surroundings;
 mod sweep;
 mod touch;
+mod winding;
 
 use bevy::prelude::*;
 use resecta_solver::Contact;

@@ -5,10 +5,17 @@ use resecta_tissue::{TissueProbe, prelude::*};
 
 use crate::scenes::{app, checked, loop_tool, small_block};
 
-fn distance(app: &mut App, probe: Entity, point: Vec3) -> Option<f32> {
+/// Distance to the surface, negative inside; and whether the point is inside.
+fn ask(app: &mut App, probe: Entity, point: Vec3) -> (Option<f32>, bool) {
     app.world_mut().get_mut::<TissueProbe>(probe).unwrap().point = point;
     app.update();
-    app.world().get::<TissueProbe>(probe).unwrap().distance_mm
+    let told = app.world().get::<TissueProbe>(probe).unwrap();
+    let sign = if told.inside { -1.0 } else { 1.0 };
+    (told.distance_mm.map(|distance| sign * distance), told.inside)
+}
+
+fn distance(app: &mut App, probe: Entity, point: Vec3) -> Option<f32> {
+    ask(app, probe, point).0
 }
 
 /// A block whose top is at z = 12, and a probe.
@@ -20,7 +27,7 @@ fn scene(settings: TissueSettings) -> (App, Entity) {
 }
 
 #[test]
-fn a_probe_is_told_the_distance_to_the_surface_below_zero_inside() {
+fn a_probe_is_told_how_far_the_surface_is_and_on_which_side_it_lies() {
     for detail in [CutDetail::Elements, CutDetail::default()] {
         let (mut app, probe) = scene(TissueSettings { detail, ..checked() });
         for height in [-2.5f32, -0.5, 0.3, 2.9] {
@@ -28,9 +35,13 @@ fn a_probe_is_told_the_distance_to_the_surface_below_zero_inside() {
             let told = told.expect("the surface is within 3 mm");
             assert!((told - height).abs() < 1e-3, "{told} at {height}");
         }
-        assert_eq!(distance(&mut app, probe, Vec3::new(0.3, 0.2, 16.0)), None);
-        assert_eq!(distance(&mut app, probe, Vec3::new(0.0, 0.0, 6.0)), None, "too deep");
-        assert_eq!(distance(&mut app, probe, Vec3::NAN), None);
+        assert_eq!(ask(&mut app, probe, Vec3::new(0.3, 0.2, 16.0)), (None, false));
+        assert_eq!(
+            ask(&mut app, probe, Vec3::new(0.0, 0.0, 6.0)),
+            (None, true),
+            "deep inside"
+        );
+        assert_eq!(ask(&mut app, probe, Vec3::NAN), (None, false));
     }
 }
 
