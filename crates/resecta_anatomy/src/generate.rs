@@ -9,6 +9,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
 
 use crate::complete::{NECK_TO_VERUMONTANUM, ellipse, round, trigone};
+use crate::random::SplitMix64;
 use crate::spline::CubicSpline;
 use crate::transition_zone::{self, look_up, published_share};
 use crate::{Case, CaseSource, LUMEN_RADIUS_MM, Landmarks, Slice, Unit, case, contour};
@@ -171,7 +172,7 @@ struct Form {
 
 impl Form {
     fn new(spec: &GlandSpec) -> Form {
-        let mut random = SplitMix64(spec.seed);
+        let mut random = SplitMix64::new(spec.seed);
         let volume_ml = spec.volume_ml;
         // Beyond the table's ends, sizes go on with the cube root of the volume.
         let held = volume_ml.clamp(SIZES[0].0, SIZES[SIZES.len() - 1].0);
@@ -339,28 +340,5 @@ impl Form {
             external_sphincter: Some(tidy(on_line(-SPACING_MM))),
             ureteral_orifices: Some(lifted.map(tidy)),
         }
-    }
-}
-
-/// The splitmix64 generator (Steele, Lea and Flood, 2014): small, and the same on every machine.
-struct SplitMix64(u64);
-
-impl SplitMix64 {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
-    }
-
-    /// Evenly in 0..1.
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// Evenly in -1..1.
-    fn signed(&mut self) -> f64 {
-        2.0 * self.unit() - 1.0
     }
 }

@@ -15,6 +15,7 @@ pub mod import;
 mod lattice;
 mod lattice_error;
 pub mod quality;
+pub mod random;
 pub mod reference;
 mod sampling;
 mod shape;

@@ -21,6 +21,7 @@
 use std::f64::consts::TAU;
 
 use bevy::{math::DVec2, prelude::*};
+use resecta_anatomy::random::SplitMix64;
 use resecta_solver::{NodeKind, Tissue};
 use serde::{Deserialize, Serialize};
 
@@ -122,7 +123,7 @@ impl Vessels {
     /// [`VesselError`]: an option out of its range, or more vessels than pentahedra to carry them.
     pub fn generate(tissue: &Tissue, options: &VesselOptions, seed: u64) -> Result<Vessels, VesselError> {
         options.check()?;
-        let mut random = SplitMix64(seed);
+        let mut random = SplitMix64::new(seed);
         let gland = Gland::new(tissue);
         let mut vessels = gland.arteries(options, &mut random)?;
         vessels.extend(gland.veins(options, &mut random)?);
@@ -301,26 +302,4 @@ fn draw(
         }
     }
     Ok(drawn)
-}
-
-/// The splitmix64 generator (Steele, Lea and Flood, 2014): small, and the same on every machine.
-struct SplitMix64(u64);
-
-impl SplitMix64 {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
-    }
-
-    /// Evenly in 0..1.
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn between(&mut self, [least, most]: [f64; 2]) -> f64 {
-        least + (most - least) * self.unit()
-    }
 }
