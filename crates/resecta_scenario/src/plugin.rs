@@ -82,6 +82,18 @@ impl Plugin for ScenarioPlugin {
                     .after(FluidSystems::Last)
                     .run_if(resource_exists::<ActiveExercise>),
             )
+            .configure_sets(
+                self.schedule,
+                (
+                    FluidSystems::Prepare,
+                    FluidSystems::Vessels,
+                    FluidSystems::Demand,
+                    FluidSystems::Flow,
+                    FluidSystems::Account,
+                    FluidSystems::View,
+                )
+                    .run_if(water_runs),
+            )
             .add_systems(
                 self.schedule,
                 (
@@ -97,6 +109,11 @@ impl Plugin for ScenarioPlugin {
 
 fn running(state: Res<RunState>) -> bool {
     *state == RunState::Running
+}
+
+/// Whether water runs: not while an exercise waits for its player, who may read its briefing as long as they like.
+fn water_runs(state: Res<RunState>, active: Option<Res<ActiveExercise>>) -> bool {
+    active.is_none() || running(state)
 }
 
 fn observe(

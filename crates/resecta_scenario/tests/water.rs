@@ -40,6 +40,17 @@ fn value(app: &App, metric: MetricId) -> f64 {
 fn a_cut_artery_bleeds_clouds_the_water_and_is_counted_until_another_exercise_begins() {
     let mut app = app("middle_lobe");
     let ActiveExercise { tissue, instrument, .. } = *app.world().resource::<ActiveExercise>();
+    app.insert_resource(RunState::Briefing);
+    for _ in 0..60 {
+        app.update();
+    }
+    let still = app.world().resource::<Bladder>();
+    assert_eq!(
+        (still.volume_ml(), still.totals().irrigated_ml),
+        (150.0, 0.0),
+        "a briefing is read"
+    );
+    app.insert_resource(RunState::Running);
     for _ in 0..60 {
         app.update();
     }
