@@ -220,7 +220,7 @@ impl Cut<'_> {
             return Ok(Resection::default());
         }
         if let Some(fine) = &mut self.tissue.fine {
-            let taken = fine.empty(solver, &pentahedra)?;
+            let taken = fine.empty(&pentahedra)?;
             return Ok(self.thin(&taken));
         }
         let pieces = solver.pieces_cut_free(&pentahedra);

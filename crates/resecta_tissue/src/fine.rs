@@ -242,21 +242,20 @@ impl Fine {
         by: Option<Entity>,
         tool: &Tool,
     ) -> Result<Taken, FieldError> {
-        self.take(solver, by, |field, nodes| field.cut(tool, nodes))
+        self.gather_nodes(solver);
+        self.take(by, |field, nodes| field.cut(tool, nodes))
     }
 
     /// Takes away whole pentahedra, and pieces that then hang by nothing.
-    pub fn empty(&mut self, solver: &resecta_solver::Tissue, pentahedra: &[u32]) -> Result<Taken, FieldError> {
-        self.take(solver, None, |field, _| field.empty(pentahedra))
+    pub fn empty(&mut self, pentahedra: &[u32]) -> Result<Taken, FieldError> {
+        self.take(None, |field, _| field.empty(pentahedra))
     }
 
     fn take(
         &mut self,
-        solver: &resecta_solver::Tissue,
         by: Option<Entity>,
         cut: impl FnOnce(&mut Field, &[Vec3]) -> Result<resecta_field::Cut, FieldError>,
     ) -> Result<Taken, FieldError> {
-        self.gather_nodes(solver);
         if self.chip.is_none() {
             self.field.begin_chip();
         }
@@ -315,7 +314,7 @@ impl Fine {
         }
         // They go with a chip that is under way and do not make it wait: shreds may tear off for seconds after a stroke.
         let grew = self.chip.as_ref().map(|chip| chip.grew);
-        let taken = self.empty(solver, &torn);
+        let taken = self.empty(&torn);
         if let (Some(chip), Some(grew)) = (&mut self.chip, grew) {
             chip.grew = grew;
         }
