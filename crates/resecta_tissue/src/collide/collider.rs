@@ -426,6 +426,19 @@ mod tests {
         tissue.solver.thin(&taken.left, None);
     }
 
+    /// How often the surface goes around a point: the sum of the solid angles of its triangles over that of a sphere (van
+    /// Oosterom and Strackee, 1983).
+    fn winding(skin: &Skin, point: Vec3) -> f64 {
+        let triangles = (0..skin.slot_count() as u32).filter_map(|slot| skin.triangle(slot));
+        let angles = triangles.map(|triangle| {
+            let [a, b, c] = triangle.map(|vertex| (skin.place(vertex) - point).as_dvec3());
+            let [la, lb, lc] = [a, b, c].map(|corner| corner.length());
+            let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+            2.0 * a.dot(b.cross(c)).atan2(below)
+        });
+        angles.sum::<f64>() / (4.0 * std::f64::consts::PI)
+    }
+
     fn place() -> impl Strategy<Value = Vec3> {
         let axis = || -2.0..(CUBES as f64 * EDGE_MM) as f32 + 2.0;
         (axis(), axis(), axis()).prop_map(Vec3::from)
@@ -469,6 +482,12 @@ mod tests {
                 kept.update(&skin);
                 prop_assert!(holds_every_face(&kept, &skin));
                 prop_assert!(kept.patches.are_consistent());
+                for point in [a, b] {
+                    let around = winding(&Skin::of(&tissue), point);
+                    let Tissue { solver, fine, .. } = &mut tissue;
+                    prop_assert_eq!(kept.holds(solver, fine.as_mut(), point), around > 0.5, "{} around", around);
+                }
+                let skin = Skin::of(&tissue);
                 let mut anew = Collider::default();
                 anew.update(&skin);
                 for radius in [0.3, 2.0] {
