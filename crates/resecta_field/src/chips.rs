@@ -1,20 +1,14 @@
 //! Chips: what has been cut away since a chip was begun, as a body of its own.
 //!
-//! Its value is `min(before, -after)`: positive where tissue was and is no more. The same extraction gives its surface,
-//! and that its centre and inertia; its volume is what the pentahedra lost.
+//! Its value is `min(before, -after)`: positive where tissue was and is no more. Its volume is what the pentahedra lost;
+//! its surface takes more time to make than a step of a stroke has (`chip_making.rs`).
 
 use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3, Vec3};
 
-use crate::crossings::Sample;
 use crate::field::Field;
-use crate::moments::Moments;
-use crate::surface::{NONE, Surface};
-use crate::{FieldError, SurfaceKind};
-
-/// Share of a chip's volume that its surface must enclose to stand for it.
-const LEAST_ENCLOSED: f64 = 0.5;
+use crate::{ChipMaking, FieldError, SurfaceKind};
 
 /// What was there when the chip was begun, of all that has changed since.
 #[derive(Debug, Clone, Default)]
@@ -106,40 +100,10 @@ pub struct Chip {
     pub inertia: DMat3,
 }
 
-impl Field {
-    /// Begins a chip: all that is removed from now on is part of it. One begun earlier and not taken is forgotten.
-    ///
-    /// Until it is taken the field holds what emptied pentahedra held.
-    pub fn begin_chip(&mut self) {
-        self.before.end();
-        self.release_emptied();
-        self.before.begin();
-    }
-
-    /// The chip begun last, the nodes being at `positions`; none if none was begun or nothing was removed since. It may
-    /// be of several parts that touch nowhere.
-    ///
-    /// # Errors
-    ///
-    /// Positions that are not one finite place a node; the chip can then still be taken.
-    pub fn take_chip(&mut self, positions: &[Vec3]) -> Result<Option<Chip>, FieldError> {
-        self.mesh.check(positions)?;
-        if !self.before.is_under_way() {
-            return Ok(None);
-        }
-        let chip = self.chip(positions);
-        self.before.end();
-        self.release_emptied();
-        Ok(chip)
-    }
-
-    fn chip(&self, positions: &[Vec3]) -> Option<Chip> {
-        let lost = |(&pentahedron, &kept): (&u32, &f64)| kept - self.kept_mm3(pentahedron);
-        let rest_volume_mm3: f64 = self.before.kept.iter().map(lost).sum();
-        if rest_volume_mm3 <= 0.0 {
-            return None;
-        }
-        let mut chip = Chip {
+impl Chip {
+    /// A volume without a surface.
+    pub(crate) fn empty(rest_volume_mm3: f64) -> Self {
+        Self {
             vertices: Vec::new(),
             normals: Vec::new(),
             kinds: Vec::new(),
@@ -147,71 +111,68 @@ impl Field {
             rest_volume_mm3,
             centre: DVec3::ZERO,
             inertia: DMat3::ZERO,
-        };
-        self.skin(positions, &mut chip);
-        (chip.centre, chip.inertia) = self.moments(&chip, positions).about_centre(rest_volume_mm3);
-        Some(chip)
+        }
+    }
+}
+
+impl Field {
+    /// Begins a chip: all that is removed from now on is part of it. One begun earlier and not ended is forgotten.
+    ///
+    /// Until it is ended the field holds what emptied pentahedra held.
+    pub fn begin_chip(&mut self) {
+        self.before.end();
+        self.release_emptied();
+        self.before.begin();
     }
 
-    /// The chip's surface.
-    fn skin(&self, positions: &[Vec3], chip: &mut Chip) {
+    /// Ends the chip begun last, the nodes being at `positions`: what is to be made of it, apart from the field and all
+    /// that is cut from now on. None if none was begun or nothing was removed since.
+    ///
+    /// # Errors
+    ///
+    /// Positions that are not one finite place a node; the chip can then still be ended.
+    pub fn end_chip(&mut self, positions: &[Vec3]) -> Result<Option<ChipMaking>, FieldError> {
+        self.mesh.check(positions)?;
+        if !self.before.is_under_way() {
+            return Ok(None);
+        }
+        let making = self.making(positions);
+        self.before.end();
+        self.release_emptied();
+        Ok(making)
+    }
+
+    /// The chip begun last, the nodes being at `positions`; none if none was begun or nothing was removed since. It may
+    /// be of several parts that touch nowhere.
+    ///
+    /// # Errors
+    ///
+    /// As [`Field::end_chip`].
+    pub fn take_chip(&mut self, positions: &[Vec3]) -> Result<Option<Chip>, FieldError> {
+        let Some(mut making) = self.end_chip(positions)? else {
+            return Ok(None);
+        };
+        Ok(making.advance(self, usize::MAX))
+    }
+
+    fn making(&self, positions: &[Vec3]) -> Option<ChipMaking> {
         let before = &self.before;
-        let sample = |point: u32| {
+        let lost: Vec<(u32, f64)> = (before.kept.iter())
+            .map(|(&pentahedron, kept)| (pentahedron, kept - self.kept_mm3(pentahedron)))
+            .collect();
+        if lost.iter().map(|(_, mm3)| mm3).sum::<f64>() <= 0.0 {
+            return None;
+        }
+        let value = |point: u32| {
             let after = self.points.values[point as usize];
-            Sample {
-                value: before.value(point).map_or(-after.abs(), |before| before.min(-after)),
-                is_changed: true,
-                is_turned: true,
-            }
+            before.value(point).map_or(-after.abs(), |before| before.min(-after))
         };
-        let mut surface = Surface::like(&self.surface);
         // Elsewhere the chip's values are nowhere positive.
-        let is_part = |&point: &u32| {
-            self.points.values[point as usize] < 0.0 && before.value(point).is_some_and(|before| before > 0.0)
-        };
+        let is_part = |&point: &u32| value(point) > 0.0;
         let pentahedra: Vec<u32> = (before.kept.keys().copied())
             .filter(|&pentahedron| self.points.of(pentahedron).iter().any(is_part))
             .collect();
-        surface.update(&self.mesh, &self.points, sample, &pentahedra, &pentahedra);
-        let mut places = Vec::new();
-        surface.vertices.places(&self.mesh, positions, &mut places);
-        let mut number = vec![NONE; places.len()];
-        for triangle in surface.triangles() {
-            for slot in triangle {
-                let number = &mut number[slot as usize];
-                if *number == NONE {
-                    *number = chip.vertices.len() as u32;
-                    chip.vertices.push(places[slot as usize]);
-                    chip.kinds.push(surface.kinds()[slot as usize]);
-                }
-            }
-            chip.triangles.push(triangle.map(|slot| number[slot as usize]));
-        }
-        chip.normals = vec![Vec3::ZERO; chip.vertices.len()];
-        for triangle in &chip.triangles {
-            let [a, b, c] = triangle.map(|vertex| chip.vertices[vertex as usize]);
-            let area = (b - a).cross(c - a);
-            for &vertex in triangle {
-                chip.normals[vertex as usize] += area;
-            }
-        }
-        chip.normals
-            .iter_mut()
-            .for_each(|normal| *normal = normal.normalize_or_zero());
-    }
-
-    /// Mass and moments of what the surface encloses, or, where it is too fine for a surface, of what the pentahedra
-    /// lost, each in its middle.
-    fn moments(&self, chip: &Chip, positions: &[Vec3]) -> Moments {
-        let enclosed = Moments::of_surface(&chip.vertices, &chip.triangles);
-        if enclosed.mass > LEAST_ENCLOSED * chip.rest_volume_mm3 {
-            return enclosed;
-        }
-        let mut moments = Moments::default();
-        for (&pentahedron, &kept) in &self.before.kept {
-            let shape = self.mesh.shape(pentahedron, positions);
-            moments.add_point(shape.at([1.0 / 3.0, 1.0 / 3.0, 0.5]), kept - self.kept_mm3(pentahedron));
-        }
-        moments
+        let points = self.points.part(&pentahedra, value);
+        Some(ChipMaking::new(self, points, pentahedra, lost, positions))
     }
 }

@@ -94,22 +94,51 @@ fn find(numbers: &[u32; 6], number: u32) -> usize {
     at
 }
 
-struct Extraction<'a, V> {
-    mesh: &'a Mesh,
-    points: &'a Points,
-    surface: &'a Surface,
-    sample: V,
+/// What has been extracted of some pentahedra.
+#[derive(Debug)]
+pub struct Walks {
     /// By cell: where the bits of its prisms begin; `NONE` of cells that are not extracted.
     begin: Vec<u32>,
     /// A bit for every edge of a prism whose polygon is done.
     done: Vec<u16>,
     /// Triangles, the pentahedra whose pieces they belong to, and the kept points that they hang on (see `Surface::add`).
-    found: Vec<(u32, u32, [u32; 3])>,
+    pub found: Vec<(u32, u32, [u32; 3])>,
     /// Room for a pentahedron's points and for the two halves of a polygon.
     kept: Vec<bool>,
     turned: Vec<bool>,
     ahead: Vec<u32>,
     behind: Vec<u32>,
+}
+
+impl Walks {
+    /// Nothing yet, of these pentahedra.
+    pub fn new(mesh: &Mesh, points: &Points, pentahedra: &[u32]) -> Self {
+        let mut begin = vec![NONE; points.cell_count()];
+        let mut prisms = 0;
+        for &pentahedron in pentahedra {
+            if let Some(cell) = points.index(pentahedron) {
+                begin[cell] = prisms as u32;
+                prisms += mesh.sub(pentahedron).prisms.len();
+            }
+        }
+        Self {
+            begin,
+            done: vec![0; prisms],
+            found: Vec::new(),
+            kept: Vec::new(),
+            turned: Vec::new(),
+            ahead: Vec::new(),
+            behind: Vec::new(),
+        }
+    }
+}
+
+struct Extraction<'a, V> {
+    mesh: &'a Mesh,
+    points: &'a Points,
+    surface: &'a Surface,
+    sample: V,
+    walks: &'a mut Walks,
 }
 
 impl Surface {
@@ -131,40 +160,39 @@ impl Surface {
         for &pentahedron in moved {
             self.place_vertices(mesh, points, sample, &mut gathered, pentahedron);
         }
-        let mut extraction = Extraction {
-            mesh,
-            points,
-            surface: self,
-            sample,
-            begin: vec![NONE; points.cell_count()],
-            done: Vec::new(),
-            found: Vec::new(),
-            kept: Vec::new(),
-            turned: Vec::new(),
-            ahead: Vec::new(),
-            behind: Vec::new(),
-        };
-        let mut prisms = 0;
+        let mut walks = Walks::new(mesh, points, turned);
         for &pentahedron in turned {
-            if let Some(cell) = points.index(pentahedron) {
-                extraction.begin[cell] = prisms as u32;
-                prisms += mesh.sub(pentahedron).prisms.len();
-            }
+            self.extract(mesh, points, sample, &mut walks, pentahedron);
         }
-        extraction.done = vec![0; prisms];
-        for &pentahedron in turned {
-            extraction.run(pentahedron);
-        }
-        let found = extraction.found;
         for &pentahedron in turned {
             self.drop_triangles(pentahedron, |kept| kept == NONE || sample(kept).is_turned);
             if let Some(cell) = points.index(pentahedron) {
                 self.vertices.release(&mut self.pieces[cell].chunks);
             }
         }
+        let found = walks.found;
         for (pentahedron, kept, triangle) in found {
             self.add(pentahedron, kept, triangle);
         }
+    }
+
+    /// Finds the triangles of a pentahedron, one of those that the walks are of, whose vertices have their places.
+    pub(crate) fn extract(
+        &self,
+        mesh: &Mesh,
+        points: &Points,
+        sample: impl Fn(u32) -> Sample + Copy,
+        walks: &mut Walks,
+        pentahedron: u32,
+    ) {
+        let mut extraction = Extraction {
+            mesh,
+            points,
+            surface: self,
+            sample,
+            walks,
+        };
+        extraction.run(pentahedron);
     }
 }
 
@@ -185,7 +213,10 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
         let Some(first) = self.at(pentahedron, 0) else {
             return;
         };
-        let (mut kept, mut turned) = (std::mem::take(&mut self.kept), std::mem::take(&mut self.turned));
+        let (mut kept, mut turned) = (
+            std::mem::take(&mut self.walks.kept),
+            std::mem::take(&mut self.walks.turned),
+        );
         kept.clear();
         turned.clear();
         for &point in first.points {
@@ -201,7 +232,7 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
             for (edge, &[a, b]) in wedge::EDGES.iter().enumerate() {
                 let (a, b) = (corners[a] as usize, corners[b] as usize);
                 let (k, m) = if kept[a] { (a, b) } else { (b, a) };
-                let done = self.done[self.begin[first.cell] as usize + prism] >> edge & 1 == 1;
+                let done = self.walks.done[self.walks.begin[first.cell] as usize + prism] >> edge & 1 == 1;
                 if kept[k] && turned[m] && !done {
                     self.around(At { prism, ..first }, [first.points[k], first.points[m]]);
                 }
@@ -210,13 +241,16 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
         if !first.piece.rims.is_empty() {
             self.exposed(first, &kept);
         }
-        (self.kept, self.turned) = (kept, turned);
+        (self.walks.kept, self.walks.turned) = (kept, turned);
     }
 
     /// The polygon around an edge from a kept point to a removed one.
     fn around(&mut self, start: At<'a>, edge: [u32; 2]) {
         let [k, m] = edge;
-        let (mut ahead, mut behind) = (std::mem::take(&mut self.ahead), std::mem::take(&mut self.behind));
+        let (mut ahead, mut behind) = (
+            std::mem::take(&mut self.walks.ahead),
+            std::mem::take(&mut self.walks.behind),
+        );
         ahead.clear();
         behind.clear();
         let mut owner = u32::MAX;
@@ -231,7 +265,7 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
             };
             rims = Some([first, last]);
         }
-        if self.begin[self.points.index(owner).unwrap_or(start.cell)] != NONE {
+        if self.walks.begin[self.points.index(owner).unwrap_or(start.cell)] != NONE {
             // Backwards up to the start, which both halves have.
             let polygon = (rims.iter().map(|rims| rims[0]))
                 .chain(behind.iter().skip(1).rev().copied())
@@ -240,16 +274,16 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
             let mut polygon = polygon.peekable();
             let first = polygon.next().unwrap_or(NONE);
             while let (Some(a), Some(&b)) = (polygon.next(), polygon.peek()) {
-                self.found.push((owner, k, [first, a, b]));
+                self.walks.found.push((owner, k, [first, a, b]));
             }
             if let Some([first, last]) = rims
                 && let slot = self.surface.point_slots[k as usize]
                 && slot != NONE
             {
-                self.found.push((owner, k, [slot, first, last]));
+                self.walks.found.push((owner, k, [slot, first, last]));
             }
         }
-        (self.ahead, self.behind) = (ahead, behind);
+        (self.walks.ahead, self.walks.behind) = (ahead, behind);
     }
 
     /// Goes from prism to prism counter-clockwise about an edge, until back at the start or at an exposed face, which
@@ -270,9 +304,9 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
             let (a, b) = (corner(local_from), corner(local_to));
             polygon.push(at.piece.duals[at.prism]);
             *owner = at.pentahedron.min(*owner);
-            let begin = self.begin[at.cell];
+            let begin = self.walks.begin[at.cell];
             if begin != NONE {
-                self.done[begin as usize + at.prism] |= 1 << CORNERS.edge[a][b];
+                self.walks.done[begin as usize + at.prism] |= 1 << CORNERS.edge[a][b];
             }
             let face = usize::from(CORNERS.left[a][b]);
             let Some(next) = self.across(&at, face) else {
@@ -330,7 +364,7 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
                 let is_kept = triangle.map(|corner| kept[corner as usize]);
                 if is_kept == [true; 3] {
                     if let [Some(a), Some(b), Some(c)] = triangle.map(slot) {
-                        self.found.push((at.pentahedron, NONE, [a, b, c]));
+                        self.walks.found.push((at.pentahedron, NONE, [a, b, c]));
                     }
                     continue;
                 }
@@ -341,7 +375,7 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
                         && is_kept[next]
                         && let (Some(a), Some(b)) = (slot(triangle[side]), slot(triangle[next]))
                     {
-                        self.found.push((at.pentahedron, NONE, [a, b, rim]));
+                        self.walks.found.push((at.pentahedron, NONE, [a, b, rim]));
                     }
                 }
             }
@@ -354,9 +388,9 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
                     let [behind, ahead] = if from_kept { [0, 1] } else { [1, 0] };
                     let [behind, ahead] = [behind, ahead].map(|half| at.piece.rims[cell.triangle + half]);
                     let dual = at.piece.duals[cell.prism];
-                    self.found.push((at.pentahedron, NONE, [behind, dual, ahead]));
+                    self.walks.found.push((at.pentahedron, NONE, [behind, dual, ahead]));
                     if let Some(k) = slot(k) {
-                        self.found.push((at.pentahedron, NONE, [k, behind, ahead]));
+                        self.walks.found.push((at.pentahedron, NONE, [k, behind, ahead]));
                     }
                 }
             }

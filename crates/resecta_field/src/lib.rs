@@ -33,12 +33,14 @@
 //!    [`Field::move_normals`] place all of them. A vertex's pentahedron and weights ([`Surface::carrier`]) are also what a
 //!    force on the surface acts on.
 //!
-//! [`Field::begin_chip`] before the stroke and [`Field::take_chip`] after it make a body of what it took.
+//! [`Field::begin_chip`] before the stroke and [`Field::take_chip`] after it make a body of what it took, at once;
+//! [`Field::end_chip`] leaves that to be done in parts.
 //!
 //! Lengths are mm. The same input gives the same bytes: indices alone decide every order.
 
 mod capsule;
 mod changes;
+mod chip_making;
 mod chips;
 mod coagulation;
 mod coarse;
@@ -65,6 +67,7 @@ mod vertices;
 mod volume;
 
 pub use changes::Changes;
+pub use chip_making::ChipMaking;
 pub use chips::Chip;
 pub use cut::{Cut, SLIVER_SHARE};
 pub use error::FieldError;

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3, Vec3};
 
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Moments {
     pub mass: f64,
     first: DVec3,
@@ -10,21 +10,15 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Of what closed, outward triangles enclose.
-    pub fn of_surface(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Self {
-        let mut moments = Self::default();
-        for [a, b, c] in triangles
-            .iter()
-            .map(|triangle| triangle.map(|vertex| vertices[vertex as usize].as_dvec3()))
-        {
-            // The tetrahedron over the triangle, with its tip at the origin.
-            let mass = a.dot(b.cross(c)) / 6.0;
-            let sum = a + b + c;
-            moments.mass += mass;
-            moments.first += sum * (0.25 * mass);
-            moments.second += (outer(a) + outer(b) + outer(c) + outer(sum)) * (mass / 20.0);
-        }
-        moments
+    /// Adds a triangle: those of a closed, outward surface sum to what it encloses.
+    pub fn add_triangle(&mut self, corners: [Vec3; 3]) {
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        // The tetrahedron over the triangle, with its tip at the origin.
+        let mass = a.dot(b.cross(c)) / 6.0;
+        let sum = a + b + c;
+        self.mass += mass;
+        self.first += sum * (0.25 * mass);
+        self.second += (outer(a) + outer(b) + outer(c) + outer(sum)) * (mass / 20.0);
     }
 
     pub fn add_point(&mut self, place: DVec3, mass: f64) {

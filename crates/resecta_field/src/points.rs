@@ -98,6 +98,40 @@ pub struct Points {
 }
 
 impl Points {
+    /// Those of some touched pentahedra, numbered anew, with other values: by their numbers here. Nothing can be touched
+    /// or released there.
+    pub fn part(&self, pentahedra: &[u32], value: impl Fn(u32) -> f32) -> Self {
+        let mut part = Self {
+            cell_of: vec![NONE; self.cell_of.len()],
+            ..Self::default()
+        };
+        let mut numbers = vec![NONE; self.values.len()];
+        for &pentahedron in pentahedra {
+            let Some(cell) = self.cell(pentahedron) else {
+                continue;
+            };
+            let number = |&point: &u32| {
+                let number = &mut numbers[point as usize];
+                if *number == NONE {
+                    *number = part.values.len() as u32;
+                    part.values.push(value(point));
+                    if !self.coagulation.is_empty() {
+                        part.coagulation.push(self.coagulation[point as usize]);
+                    }
+                }
+                *number
+            };
+            let points = cell.points.iter().map(number).collect();
+            part.cell_of[pentahedron as usize] = part.cells.len() as u32;
+            part.cells.push(Cell {
+                points,
+                removed_mm3: Box::default(),
+                ..*cell
+            });
+        }
+        part
+    }
+
     /// Index of a touched pentahedron's cell.
     pub fn index(&self, pentahedron: u32) -> Option<usize> {
         let index = *self.cell_of.get(pentahedron as usize)?;

@@ -150,6 +150,10 @@ impl Vertices {
         self.nodes + self.chunks.len() * LANES
     }
 
+    pub fn chunk_count(&self) -> usize {
+        self.chunks.len()
+    }
+
     pub fn is_node(&self, slot: u32) -> bool {
         (slot as usize) < self.nodes
     }

@@ -400,6 +400,40 @@ fn normals_follow_the_surface() {
 }
 
 #[test]
+fn a_chip_made_in_parts_while_the_next_is_cut_is_the_one_made_at_once() {
+    let (rest, _) = block([6, 6, 6], 2.0);
+    let positions = current(&rest, |place| place);
+    let ball = |x: f64, radius_mm: f64| Tool::Sphere {
+        centre: DVec3::new(x, 5.9, 6.3),
+        radius_mm,
+    };
+    let mut field = block_field([6, 6, 6], 2.0, 0.5);
+    field.begin_chip();
+    field.cut(&ball(5.0, 3.5), &positions).expect("a good tool");
+    let mut at_once = field.clone();
+    let at_once = at_once.take_chip(&positions).expect("good positions").expect("a chip");
+
+    let mut making = field.end_chip(&positions).expect("good positions").expect("a chip");
+    assert!(field.end_chip(&positions).expect("good positions").is_none());
+    // What the first took is given back and taken again for the second.
+    field.begin_chip();
+    let mut parts = 0;
+    let in_parts = loop {
+        parts += 1;
+        if parts < 8 {
+            let next = ball(5.0 + 0.7 * f64::from(parts), 3.5);
+            field.cut(&next, &positions).expect("a good tool");
+        }
+        if let Some(chip) = making.advance(&field, 7) {
+            break chip;
+        }
+    };
+    assert!(parts > 20, "it was to be made in parts, not in {parts}");
+    assert_eq!(in_parts, at_once);
+    chip_is_closed(&in_parts);
+}
+
+#[test]
 fn a_chip_is_the_body_that_was_cut() {
     let (rest, _) = block([6, 6, 6], 2.0);
     let positions = current(&rest, |place| place);

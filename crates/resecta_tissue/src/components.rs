@@ -86,6 +86,12 @@ impl Tissue {
         }
     }
 
+    /// Chips that were cut out and are not told yet ([`TissueChip`](crate::TissueChip)): a stroke goes on, or a chip's surface
+    /// is being made.
+    pub fn chips_to_come(&self) -> usize {
+        self.fine.as_ref().map_or(0, Fine::chips_to_come)
+    }
+
     /// The finer boundary of the tissue, where it is cut finer than its elements ([`CutDetail`](crate::CutDetail)); none before
     /// the app has a tool with a loop.
     pub fn field(&self) -> Option<&resecta_field::Field> {

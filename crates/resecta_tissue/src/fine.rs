@@ -1,10 +1,10 @@
 //! Cuts finer than the elements: the field beside a tissue's solver, its surface where the tissue is, and strokes.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, VecDeque};
 
 use bevy::prelude::*;
 use resecta_anatomy::wedge;
-use resecta_field::{CHUNK, Chip, Field, FieldError, Holds, LoopStroke, Surface, SurfaceKind, Tool};
+use resecta_field::{CHUNK, Chip, ChipMaking, Field, FieldError, Holds, LoopStroke, Surface, SurfaceKind, Tool};
 use resecta_solver::{LoopSweep, NodeKind};
 
 use crate::change_log::{ChangeLog, ChangesSince};
@@ -22,6 +22,10 @@ const SHRED_SHARE: f64 = 0.25;
 /// pentahedra. Our choice.
 const THREAD_SHARE: f64 = 0.1;
 const TORN_STRETCH: f32 = 1.5;
+
+/// Pentahedra of a chip's surface that are made in a step. The chip of a stroke of 30 mm then comes some quarter of a second
+/// after its end, and no step of the stroke takes longer for it.
+const MADE_A_STEP: usize = 128;
 
 /// A touch of a wire under coagulating current coagulates tissue within this distance of it, mm, to this depth below, mm.
 /// Our choice: monopolar coagulation whitens some millimetre of tissue.
@@ -52,6 +56,8 @@ pub(crate) struct Fine {
     strokes: Vec<Stroke>,
     /// Whether a chip is under way, and whether the present step has added to it.
     chip: Option<ChipUnderWay>,
+    /// Chips that are whole and wait for their surface, and the tools that cut them.
+    making: VecDeque<(Option<Entity>, ChipMaking)>,
 }
 
 /// A loop under current on its way.
@@ -122,6 +128,7 @@ impl Fine {
             shreds_seen: 0,
             strokes: Vec::new(),
             chip: None,
+            making: VecDeque::new(),
         })
     }
 
@@ -330,16 +337,24 @@ impl Fine {
         Ok(())
     }
 
-    /// The chip under way, if nothing was added to it in this step, and the tool that began it.
+    /// The next chip that is made, and the tool that began it. A chip is whole when a step added nothing to it; its surface
+    /// is then made over some steps, as long as it needs.
     pub fn take_chip(&mut self, solver: &resecta_solver::Tissue) -> Option<(Option<Entity>, Chip)> {
-        if self.chip.as_ref().is_none_or(|chip| chip.grew) {
-            return None;
+        if let Some(ChipUnderWay { tool, .. }) = self.chip.take_if(|chip| !chip.grew) {
+            self.gather_nodes(solver);
+            // Refused only for places that are not finite, which no tissue has.
+            let making = self.field.end_chip(&self.nodes).ok().flatten();
+            self.making.extend(making.map(|making| (tool, making)));
         }
-        self.gather_nodes(solver);
-        let tool = self.chip.take()?.tool;
-        // Refused only for places that are not finite, which no tissue has.
-        let chip = self.field.take_chip(&self.nodes).ok().flatten()?;
+        let (_, making) = self.making.front_mut()?;
+        let chip = making.advance(&self.field, MADE_A_STEP)?;
+        let (tool, _) = self.making.pop_front()?;
         Some((tool, chip))
+    }
+
+    /// Chips that were cut out and not told yet.
+    pub fn chips_to_come(&self) -> usize {
+        self.making.len() + usize::from(self.chip.is_some())
     }
 }
 

@@ -53,8 +53,9 @@ pub struct TissueResected {
     pub capsule_area_mm2: f64,
 }
 
-/// A stroke is over, and this is what it cut out: a body of its own, for whoever lets it float away. Only of a tissue that is
-/// cut finer than its elements ([`CutDetail::Field`](crate::CutDetail)).
+/// A stroke is over, and this is what it cut out: a body of its own, for whoever lets it float away. Told some steps after the
+/// stroke's end, a quarter of a second for a long one: its surface is made in parts. Only of a tissue that is cut finer than
+/// its elements ([`CutDetail::Field`](crate::CutDetail)).
 #[derive(Message, Debug, Clone)]
 pub struct TissueChip {
     /// The tissue it came from.

@@ -146,6 +146,8 @@ fn what_messages_chips_and_the_tissue_say_is_the_same_volume() {
     assert_eq!((told.tissue, told.tool), (theatre.tissue, Some(theatre.tool)));
     assert!((told.chip.rest_volume_mm3 - removed).abs() < 1e-6 * removed);
     assert!(!told.chip.triangles.is_empty());
+    let tissue = theatre.app.world().get::<Tissue>(theatre.tissue).unwrap();
+    assert_eq!(tissue.chips_to_come(), 0);
 }
 
 #[test]
