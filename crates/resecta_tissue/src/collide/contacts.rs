@@ -21,6 +21,9 @@ const TOUCH_MM: f32 = 0.02;
 
 /// Faces whose edges dip less than this between corners that are held need no contact of their own, mm.
 const DIP_MM: f32 = 0.1;
+/// The same along a shaft. A face is held at its point nearest to the part, which is another one in the next step: the
+/// points take turns, and tissue around a sheath at rest trembles. Corners stay what they are.
+const SHAFT_DIP_MM: f32 = 0.25;
 
 /// Small faces all of whose edges dip less than this between their corners are not looked at themselves, mm: the surface is
 /// no truer than that at half a millimetre's spacing.
@@ -129,7 +132,7 @@ impl Search<'_> {
             if push.outside && self.pushes {
                 let near = corners_near(part, face);
                 let at_corner = push.touch.closest.weights.iter().any(|weight| *weight > CORNER_WEIGHT);
-                is_covered = at_corner || near.iter().all(Option::is_some) && dip(part.radius, face.longest()) < DIP_MM;
+                is_covered = at_corner || near.iter().all(Option::is_some) && is_held_by(part, face, &near);
                 let near = face.vertices.into_iter().zip(near);
                 let near = near.filter_map(|(vertex, touch)| Some((vertex, touch?)));
                 near.for_each(|(vertex, touch)| candidates.add(self.corner(vertex, touch)));
@@ -277,6 +280,20 @@ fn corners_near(part: &PartSweep, face: &Face) -> [Option<Touch>; 3] {
     let outward = face.normal();
     face.corners
         .map(|corner| Touch::of_vertex(part, corner, outward, part.radius + MARGIN_MM))
+}
+
+/// Whether corners that a part holds keep all of their face out of it.
+fn is_held_by(part: &PartSweep, face: &Face, corners: &[Option<Touch>; 3]) -> bool {
+    let is_at_shaft = |touch: &Touch| touch.closest.share > 0.0 && touch.closest.share < 1.0;
+    let [a, b, c] = face.corners;
+    let longest = |along: Vec3| {
+        let across = |edge: Vec3| (edge - along * edge.dot(along)).length();
+        across(b - a).max(across(c - b)).max(across(a - c))
+    };
+    match corners.iter().flatten().all(is_at_shaft) {
+        true => dip(part.radius, longest((part.to.b - part.to.a).normalize_or_zero())) < SHAFT_DIP_MM,
+        false => dip(part.radius, longest(Vec3::ZERO)) < DIP_MM,
+    }
 }
 
 /// How far the middle of an edge lies within a cylinder whose surface holds the edge's ends, mm.
