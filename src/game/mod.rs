@@ -7,6 +7,7 @@
 //! | the panel at the side | `panel.rs` |
 //! | what lies over the views: briefing, help, result, warnings | `overlay.rs` |
 //! | how fast it runs | `pace.rs` |
+//! | the player's settings, their file and their page | `settings/` |
 
 mod display;
 mod flow;
@@ -14,6 +15,7 @@ mod layout;
 mod overlay;
 mod pace;
 mod panel;
+mod settings;
 
 use bevy::{
     log::LogPlugin,
@@ -34,6 +36,7 @@ use crate::{
 pub use display::NoDisplay;
 pub use flow::{GameFlow, Phase};
 pub use layout::ViewLayout;
+pub use settings::{KeptSettings, Settings, SettingsError, SettingsFile, SettingsPage, SettingsPlugin};
 
 /// What to play.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -106,6 +109,9 @@ pub fn run(options: GameOptions) -> Result<(), GameError> {
         pace::plugin,
         panel::plugin,
         overlay::plugin,
+        SettingsPlugin {
+            file: SettingsFile::of_user(),
+        },
     ));
     app.insert_resource(Loaded(loaded));
     // Keyboard and mouse are the menu's until play begins.

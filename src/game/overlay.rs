@@ -144,6 +144,7 @@ fn windows(
             ui.horizontal(|ui| {
                 button(ui, "Go on", Wish::Play, &mut flow);
                 button(ui, "Restart", Wish::Restart, &mut flow);
+                button(ui, "Settings", Wish::Settings, &mut flow);
                 button(ui, "Help", Wish::Help, &mut flow);
                 button(ui, "Quit", Wish::Quit, &mut flow);
             });
@@ -195,6 +196,7 @@ fn briefing(ui: &mut Ui, active: &ActiveExercise, bindings: &InstrumentBindings,
             begin.surrender_focus();
             flow.wish(Wish::Play);
         }
+        button(ui, "Settings (F2)", Wish::Settings, flow);
         button(ui, "Help (H)", Wish::Help, flow);
     });
 }
