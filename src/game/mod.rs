@@ -8,6 +8,7 @@
 //! | what lies over the views: briefing, help, result, warnings | `overlay.rs` |
 //! | how fast it runs | `pace.rs` |
 //! | the player's settings, their file and their page | `settings/` |
+//! | what is shown and felt at the end of the instrument's way | `stops.rs` |
 
 mod display;
 mod flow;
@@ -16,6 +17,7 @@ mod overlay;
 mod pace;
 mod panel;
 mod settings;
+mod stops;
 
 use bevy::{
     log::LogPlugin,
@@ -109,6 +111,7 @@ pub fn run(options: GameOptions) -> Result<(), GameError> {
         pace::plugin,
         panel::plugin,
         overlay::plugin,
+        stops::plugin,
         SettingsPlugin {
             file: SettingsFile::of_user(),
         },
