@@ -38,7 +38,9 @@ fn feel(app: &mut App) {
         .add_message::<GamepadRumbleRequest>()
         .add_message::<InstrumentStopped>()
         .add_systems(FixedUpdate, notice.in_set(InstrumentSystems::Last))
-        .add_systems(Update, (fade, rumble).chain());
+        // Before the steps of the frame: what they tell is drawn at least once, however slow the frames are.
+        .add_systems(PreUpdate, fade)
+        .add_systems(Update, rumble);
 }
 
 /// The ends that the instrument in play presses against.

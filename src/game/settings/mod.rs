@@ -244,6 +244,22 @@ fn conflicts(bindings: &InstrumentBindings, action: InstrumentAction, input: Bou
         .collect()
 }
 
+/// Every input that does more than one thing, with what it does.
+fn twice(bindings: &InstrumentBindings) -> Vec<String> {
+    let mut seen = Vec::new();
+    let mut found = Vec::new();
+    for row in &bindings.rows {
+        for &input in &row.inputs {
+            let others = conflicts(bindings, row.action, input);
+            if !others.is_empty() && !seen.contains(&input) {
+                seen.push(input);
+                found.push(format!("{input}: {} and {}", row.action.label(), others.join(" and ")));
+            }
+        }
+    }
+    found
+}
+
 #[cfg(test)]
 mod tests {
     use bevy::input::{
@@ -275,6 +291,13 @@ mod tests {
         assert_eq!(of(KeyCode::Space), ["Loop out"]);
         assert_eq!(of(KeyCode::Tab), ["the game's change the views"]);
         assert!(of(KeyCode::KeyF).is_empty());
+        assert_eq!(
+            twice(&bindings),
+            [
+                "Space: Loop out and Cutting pedal",
+                "Tab: Cutting pedal and the game's change the views"
+            ]
+        );
     }
 
     /// An app with the page's systems but for what draws.

@@ -8,7 +8,10 @@ use bevy_egui::{
 use resecta_instrument::{Handedness, InstrumentBindings, InvertedAxes, LiveFeel, PedalMode};
 
 use super::{KeptSettings, SettingsPage, table};
-use crate::game::panel::{BAD, CAREFUL};
+use crate::game::{
+    flow::GameFlow,
+    panel::{BAD, CAREFUL},
+};
 
 /// Widths of the two halves, logical pixels: together they fit a window of 1280 by 720 with room for longer names.
 const FEEL_WIDTH: f32 = 300.0;
@@ -24,6 +27,8 @@ pub fn show(
     if !page.open {
         if page.was_open {
             page.was_open = false;
+            // It was read there.
+            kept.trouble = None;
         }
         return Ok(());
     }
@@ -35,13 +40,11 @@ pub fn show(
     egui::Modal::new("settings".into())
         .backdrop_color(egui::Color32::from_black_alpha(170))
         .show(context, |ui| {
-            if page.capture.is_some() || page.just_captured.is_some() {
-                ui.disable();
-            }
+            let waits = page.capture.is_some() || page.just_captured.is_some();
             ui.horizontal(|ui| {
                 ui.label(RichText::new("Settings").size(20.0).strong());
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                    let close = ui.button("Close (Esc)");
+                    let close = ui.add_enabled(!waits, egui::Button::new("Close (Esc)"));
                     if just_opened {
                         close.request_focus();
                     }
@@ -58,7 +61,7 @@ pub fn show(
             ui.horizontal_top(|ui| {
                 ui.vertical(|ui| {
                     ui.set_width(FEEL_WIDTH);
-                    feel(ui, &mut changed.feel, &mut hand);
+                    ui.add_enabled_ui(!waits, |ui| feel(ui, &mut changed.feel, &mut hand));
                     if hand != kept.hand {
                         // The other hand's keys; what the hand feels stays.
                         let feel = changed.feel;
@@ -66,7 +69,10 @@ pub fn show(
                         changed.feel = feel;
                     }
                     ui.add_space(8.0);
-                    if ui.button("Set everything back").clicked() {
+                    if ui
+                        .add_enabled(!waits, egui::Button::new("Set everything back"))
+                        .clicked()
+                    {
                         hand = Handedness::default();
                         changed = InstrumentBindings::default();
                     }
@@ -75,7 +81,7 @@ pub fn show(
                 ui.separator();
                 ui.vertical(|ui| {
                     ui.set_width(TABLE_WIDTH);
-                    table::show(ui, &mut changed, hand, &mut page);
+                    ui.add_enabled_ui(!waits, |ui| table::show(ui, &mut changed, hand, &mut page));
                 });
             });
         });
@@ -154,14 +160,21 @@ fn waiting(ui: &mut Ui, page: &SettingsPage) {
     ui.label(RichText::new("Esc leaves it as it is, Backspace takes it away.").color(CAREFUL));
 }
 
-/// Says what is wrong with the file of settings, over the game, until the player has read it.
-pub fn tell_trouble(mut contexts: EguiContexts, page: Res<SettingsPage>, mut kept: ResMut<KeptSettings>) -> Result {
-    let Some(trouble) = kept.trouble.clone().filter(|_| !page.open) else {
+/// Says what is wrong with the file of settings, beside what the game waits with, until the player has read it.
+pub fn tell_trouble(
+    mut contexts: EguiContexts,
+    page: Res<SettingsPage>,
+    flow: Res<GameFlow>,
+    mut kept: ResMut<KeptSettings>,
+) -> Result {
+    let is_shown = !page.open && !flow.is_live();
+    let Some(trouble) = kept.trouble.clone().filter(|_| is_shown) else {
         return Ok(());
     };
     let mut is_read = false;
     egui::Window::new("Settings")
         .id("settings trouble".into())
+        .order(egui::Order::Foreground)
         .anchor(egui::Align2::LEFT_TOP, [12.0, 12.0])
         .fixed_size([420.0, 0.0])
         .collapsible(false)

@@ -3,11 +3,10 @@
 use bevy_egui::egui::{self, RichText, Ui};
 use resecta_instrument::{BoundInput, Handedness, InstrumentAction, InstrumentBindings};
 
-use super::{Capture, SettingsPage, conflicts};
+use super::{Capture, SettingsPage, conflicts, twice};
 use crate::game::panel::{BAD, CAREFUL};
 
 pub fn show(ui: &mut Ui, bindings: &mut InstrumentBindings, hand: Handedness, page: &mut SettingsPage) {
-    let mut found = Vec::new();
     egui::Grid::new("bindings")
         .num_columns(4)
         .striped(true)
@@ -27,9 +26,6 @@ pub fn show(ui: &mut Ui, bindings: &mut InstrumentBindings, hand: Handedness, pa
                         for input in shown {
                             let others = conflicts(bindings, action, input);
                             bound(ui, action, input, &others, page);
-                            if !others.is_empty() {
-                                found.push(format!("{input}: {} and {}", action.label(), others.join(" and ")));
-                            }
                         }
                         // What is added may be of any device; one button is enough.
                         if !of_pad && ui.small_button("+").on_hover_text("Bind another input").clicked() {
@@ -48,7 +44,7 @@ pub fn show(ui: &mut Ui, bindings: &mut InstrumentBindings, hand: Handedness, pa
             }
         });
     ui.add_space(4.0);
-    for conflict in &found {
+    for conflict in twice(bindings) {
         ui.label(RichText::new(format!("! {conflict}")).color(BAD));
     }
 }
