@@ -109,7 +109,8 @@ fn over_views(
     Ok(())
 }
 
-fn shadowed(painter: &egui::Painter, place: egui::Pos2, anchor: Align2, text: &str, size: f32, colour: Color32) {
+/// Words that can be read on any picture.
+pub fn shadowed(painter: &egui::Painter, place: egui::Pos2, anchor: Align2, text: &str, size: f32, colour: Color32) {
     let font = FontId::proportional(size);
     let shadow = place + egui::vec2(1.0, 1.0);
     painter.text(shadow, anchor, text, font.clone(), Color32::from_black_alpha(200));

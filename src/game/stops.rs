@@ -8,12 +8,12 @@ use bevy::{
 };
 use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
-    egui::{self, Align2, FontId, Pos2, Stroke, Vec2 as EguiVec2, epaint::PathShape},
+    egui::{self, Align2, Pos2, Stroke, Vec2 as EguiVec2, epaint::PathShape},
 };
 use resecta_instrument::{InstrumentField, InstrumentState, InstrumentStopped, InstrumentSystems};
 use resecta_scenario::ActiveExercise;
 
-use super::panel::CAREFUL;
+use super::{overlay::shadowed, panel::CAREFUL};
 use crate::view::EndoscopeCamera;
 
 /// How long a stop stays in sight after the last push, s.
@@ -150,8 +150,7 @@ fn show(
                 painter.add(PathShape::line(points, Stroke::new(3.0 + 6.0 * push, colour)));
             }
             let above_rim = EguiVec2::new(0.0, -0.8 * radius + 20.0 * row as f32);
-            let font = FontId::proportional(15.0);
-            painter.text(centre + above_rim, Align2::CENTER_CENTER, words, font, colour);
+            shadowed(&painter, centre + above_rim, Align2::CENTER_CENTER, words, 16.0, colour);
         }
     }
     Ok(())

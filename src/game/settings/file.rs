@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Names a folder for the settings in place of the usual one.
-pub const FOLDER_VARIABLE: &str = "RESECTA_CONFIG_DIR";
+const FOLDER_VARIABLE: &str = "RESECTA_CONFIG_DIR";
 
 const FILE: &str = "settings.ron";
 
@@ -140,7 +140,7 @@ impl SettingsFile {
         SettingsFile(folder.join(FILE))
     }
 
-    /// In the folder that [`FOLDER_VARIABLE`] names, else in `resecta` in the user's folder of configuration
+    /// In the folder that `RESECTA_CONFIG_DIR` names, else in `resecta` in the user's folder of configuration
     /// (`$XDG_CONFIG_HOME` or `~/.config` on Linux). None for a user who has no such folder.
     pub fn of_user() -> Option<Self> {
         let named = std::env::var_os(FOLDER_VARIABLE).filter(|folder| !folder.is_empty());
