@@ -4,7 +4,7 @@ mod common;
 
 use std::{fs, path::Path};
 
-use common::{EXERCISE, SCRIPT, names, succeed, write};
+use common::{EXERCISE, SCRIPT, command, names, succeed, write};
 use resecta::{
     instrument::{InstrumentLimits, InstrumentRecording, InstrumentScript, InstrumentState},
     scenario::{COLUMNS, Library},
@@ -83,6 +83,8 @@ fn a_recording_plays_like_the_script_that_it_records() {
             yaw_deg: number("yaw_deg"),
             roll_deg: number("roll_deg"),
             stroke_mm: number("stroke_mm"),
+            inflow_tap: number("inflow_tap"),
+            outflow_tap: number("outflow_tap"),
             cut: cell("cut") == "1",
             coagulate: cell("coagulate") == "1",
         }
@@ -90,6 +92,7 @@ fn a_recording_plays_like_the_script_that_it_records() {
     let states: Vec<InstrumentState> = rows.map(state).collect();
     let recording = InstrumentRecording {
         step_s: 1.0 / 60.0,
+        without_taps: false,
         start: states[0],
         states,
     };
@@ -110,6 +113,20 @@ fn a_recording_plays_like_the_script_that_it_records() {
     for (step, (scripted, replayed)) in trace.lines().zip(replayed.lines()).enumerate() {
         assert_eq!(scripted, replayed, "step {step}");
     }
+}
+
+#[test]
+fn a_run_without_a_window_leaves_the_settings_of_the_player_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "test.exercise.ron", EXERCISE);
+    write(folder.path(), "script.ron", SCRIPT);
+    let settings = tempfile::tempdir().unwrap();
+    write(settings.path(), "settings.ron", "(broken");
+    let arguments = ["run", "test.exercise.ron", "--script", "script.ron", "--out", "out"];
+    let mut run = command(folder.path(), arguments);
+    let output = run.env("RESECTA_CONFIG_DIR", settings.path()).output().unwrap();
+    assert!(output.status.success());
+    assert_eq!(names(settings.path()), ["settings.ron"], "neither read nor set aside");
 }
 
 #[test]

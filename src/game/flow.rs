@@ -10,7 +10,12 @@ use resecta_instrument::{InstrumentSource, LiveInput};
 use resecta_scenario::{EndReason, PreparedExercise, RunState, spawn_exercise};
 use resecta_tissue::TissueSettings;
 
-use super::{Loaded, layout::ViewLayout, pace::Pace};
+use super::{
+    Loaded,
+    layout::ViewLayout,
+    pace::Pace,
+    settings::{self, SettingsPage},
+};
 use crate::view::{OutsideCamera, ViewSystems};
 
 /// Degrees that the outside view turns a pixel of mouse movement, and a second of a held key.
@@ -22,11 +27,20 @@ pub fn plugin(app: &mut App) {
     app.init_resource::<GameFlow>()
         .add_systems(
             Update,
-            (read_keys, pause_without_focus, notice_end, carry_out)
+            (
+                read_keys.run_if(settings::is_closed),
+                settings::keys,
+                pause_without_focus,
+                notice_end,
+                carry_out,
+            )
                 .chain()
                 .before(ViewSystems::First),
         )
-        .add_systems(Update, turn_outside.in_set(ViewSystems::First));
+        .add_systems(
+            Update,
+            turn_outside.in_set(ViewSystems::First).run_if(settings::is_closed),
+        );
 }
 
 /// Where the player is.
@@ -58,6 +72,8 @@ pub enum Wish {
     Help,
     /// The next arrangement of the views.
     NextLayout,
+    /// Open the settings.
+    Settings,
     /// Leave.
     Quit,
 }
@@ -82,6 +98,11 @@ impl GameFlow {
         self.wishes.push(wish);
     }
 
+    /// Whether something was asked for and is not done yet.
+    pub fn is_asked(&self, wish: Wish) -> bool {
+        self.wishes.contains(&wish)
+    }
+
     /// Whether the player's hands are on the instrument.
     pub fn is_live(&self) -> bool {
         self.phase == Phase::Playing && !self.help
@@ -101,13 +122,14 @@ pub fn begin(world: &mut World, prepared: PreparedExercise) {
 const STEPS_A_WATCH: u32 = 120;
 
 /// The keys of the game. None of them is among the instrument's bindings.
-pub const KEYS: [(&str, &str); 8] = [
-    ("Begin, go on", "Enter"),
-    ("Pause", "Esc or P"),
+pub const KEYS: [(&str, &str); 9] = [
+    ("Begin, go on", "Enter, Pad Start"),
+    ("Pause", "Esc, P, Pad Start"),
     ("Restart (in a pause)", "R"),
-    ("Endoscope, outside, both", "Tab"),
+    ("Endoscope, outside, both", "Tab, Pad Back"),
     ("Turn the outside view", "Middle mouse button, or J L I K"),
     ("Zoom the outside view", "Middle mouse button and wheel, or U O"),
+    ("Settings", "F2"),
     ("This help", "H or F1"),
     ("Quit", "Close the window"),
 ];
@@ -158,7 +180,7 @@ fn notice_end(state: Res<RunState>, mut flow: ResMut<GameFlow>) {
 fn carry_out(
     mut flow: ResMut<GameFlow>,
     mut state: ResMut<RunState>,
-    mut layout: ResMut<ViewLayout>,
+    (mut layout, mut page): (ResMut<ViewLayout>, ResMut<SettingsPage>),
     mut time: ResMut<Time<Virtual>>,
     mut pace: ResMut<Pace>,
     mut live: ResMut<LiveInput>,
@@ -183,6 +205,7 @@ fn carry_out(
                 *state = RunState::Ended(EndReason::Player);
             }
             Wish::NextLayout => *layout = layout.next(),
+            Wish::Settings => page.open = true,
             Wish::Quit => {
                 exit.write(AppExit::Success);
             }
@@ -197,8 +220,8 @@ fn carry_out(
         }
     }
 
-    let is_live = flow.is_live();
-    let is_still = !is_live && flow.phase != Phase::Briefing;
+    let is_live = flow.is_live() && !page.open;
+    let is_still = page.open || !is_live && flow.phase != Phase::Briefing;
     if is_still && !time.is_paused() {
         time.pause();
     } else if !is_still && time.is_paused() {
@@ -252,39 +275,5 @@ fn turn_outside(
     for mut camera in &mut cameras {
         camera.turn(turn.x, turn.y);
         camera.approach((-nearer).exp());
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use resecta_instrument::{BoundInput, InstrumentBindings};
-
-    use super::*;
-
-    #[test]
-    fn no_key_of_the_game_moves_the_instrument() {
-        use KeyCode::*;
-        let ours = [
-            Enter,
-            NumpadEnter,
-            Escape,
-            KeyP,
-            KeyR,
-            Tab,
-            KeyH,
-            F1,
-            KeyJ,
-            KeyL,
-            KeyI,
-            KeyK,
-            KeyU,
-            KeyO,
-        ];
-        for row in InstrumentBindings::default().rows {
-            for input in row.inputs {
-                assert!(ours.iter().all(|&key| input != BoundInput::Key(key)), "{input}");
-                assert_ne!(input, BoundInput::Button(MouseButton::Middle));
-            }
-        }
     }
 }

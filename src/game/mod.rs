@@ -7,6 +7,8 @@
 //! | the panel at the side | `panel.rs` |
 //! | what lies over the views: briefing, help, result, warnings | `overlay.rs` |
 //! | how fast it runs | `pace.rs` |
+//! | the player's settings, their file and their page | `settings/` |
+//! | what is shown and felt at the end of the instrument's way | `stops.rs` |
 
 mod display;
 mod flow;
@@ -14,6 +16,8 @@ mod layout;
 mod overlay;
 mod pace;
 mod panel;
+mod settings;
+mod stops;
 
 use bevy::{
     log::LogPlugin,
@@ -34,6 +38,7 @@ use crate::{
 pub use display::NoDisplay;
 pub use flow::{GameFlow, Phase};
 pub use layout::ViewLayout;
+pub use settings::{KeptSettings, Settings, SettingsError, SettingsFile, SettingsPage, SettingsPlugin};
 
 /// What to play.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -106,6 +111,10 @@ pub fn run(options: GameOptions) -> Result<(), GameError> {
         pace::plugin,
         panel::plugin,
         overlay::plugin,
+        stops::plugin,
+        SettingsPlugin {
+            file: SettingsFile::of_user(),
+        },
     ));
     app.insert_resource(Loaded(loaded));
     // Keyboard and mouse are the menu's until play begins.

@@ -109,7 +109,8 @@ fn over_views(
     Ok(())
 }
 
-fn shadowed(painter: &egui::Painter, place: egui::Pos2, anchor: Align2, text: &str, size: f32, colour: Color32) {
+/// Words that can be read on any picture.
+pub fn shadowed(painter: &egui::Painter, place: egui::Pos2, anchor: Align2, text: &str, size: f32, colour: Color32) {
     let font = FontId::proportional(size);
     let shadow = place + egui::vec2(1.0, 1.0);
     painter.text(shadow, anchor, text, font.clone(), Color32::from_black_alpha(200));
@@ -144,6 +145,7 @@ fn windows(
             ui.horizontal(|ui| {
                 button(ui, "Go on", Wish::Play, &mut flow);
                 button(ui, "Restart", Wish::Restart, &mut flow);
+                button(ui, "Settings", Wish::Settings, &mut flow);
                 button(ui, "Help", Wish::Help, &mut flow);
                 button(ui, "Quit", Wish::Quit, &mut flow);
             });
@@ -195,6 +197,7 @@ fn briefing(ui: &mut Ui, active: &ActiveExercise, bindings: &InstrumentBindings,
             begin.surrender_focus();
             flow.wish(Wish::Play);
         }
+        button(ui, "Settings (F2)", Wish::Settings, flow);
         button(ui, "Help (H)", Wish::Help, flow);
     });
 }

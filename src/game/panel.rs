@@ -5,7 +5,7 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, Color32, RichText, Ui},
 };
-use resecta_fluid::{Bladder, Turbidity};
+use resecta_fluid::{Bladder, Irrigation, Turbidity};
 use resecta_instrument::InstrumentState;
 use resecta_scenario::{ActiveExercise, MetricId, Metrics, ScoreCard};
 use resecta_tissue::TissueDiagnostics;
@@ -35,7 +35,7 @@ fn show(
     metrics: Res<Metrics>,
     card: Res<ScoreCard>,
     diagnostics: Res<TissueDiagnostics>,
-    (bladder, turbidity): (Option<Res<Bladder>>, Option<Res<Turbidity>>),
+    (bladder, irrigation, turbidity): (Option<Res<Bladder>>, Option<Res<Irrigation>>, Option<Res<Turbidity>>),
     pace: Res<Pace>,
     instruments: Query<&InstrumentState>,
     mut flow: ResMut<GameFlow>,
@@ -71,7 +71,7 @@ fn show(
                     ui.separator();
                 }
                 if let Some(bladder) = &bladder {
-                    water(ui, bladder, turbidity.as_deref(), &metrics);
+                    water(ui, bladder, irrigation.as_deref(), turbidity.as_deref(), &metrics);
                     ui.separator();
                 }
                 simulation(ui, &diagnostics, &pace);
@@ -185,13 +185,28 @@ fn instrument(ui: &mut Ui, state: &InstrumentState) {
 /// Pressure from which irrigant gets into opened veins, cmH2O: 2 kPa.
 const ABSORBING_CMH2O: f64 = 20.4;
 
-fn water(ui: &mut Ui, bladder: &Bladder, turbidity: Option<&Turbidity>, metrics: &Metrics) {
+fn water(
+    ui: &mut Ui,
+    bladder: &Bladder,
+    irrigation: Option<&Irrigation>,
+    turbidity: Option<&Turbidity>,
+    metrics: &Metrics,
+) {
     ui.label(RichText::new("Blood and water").strong());
     let plain = Color32::LIGHT_GRAY;
     let pressure = bladder.pressure_cmh2o();
     let view = turbidity.map_or(1.0, Turbidity::visibility);
     let absorbed = metrics.value(MetricId::Absorbed);
+    let taps = irrigation.map_or([0.0; 2], |taps| [taps.inflow_tap, taps.outflow_tap]);
+    let [inflow, outflow] = taps.map(|open| {
+        if open > 0.0 {
+            format!("{:.0} %", 100.0 * open)
+        } else {
+            "shut".into()
+        }
+    });
     let rows = [
+        ("Taps in, out", format!("{inflow}, {outflow}"), plain),
         ("Bladder", format!("{:.0} ml", bladder.volume_ml()), plain),
         (
             "Pressure",

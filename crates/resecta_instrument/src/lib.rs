@@ -1,7 +1,7 @@
 //! The resectoscope: kinematics, loop, pedals and where its input comes from.
 //!
 //! An instrument is an entity with a [`Resectoscope`]: a pivot that the sheath always passes through, a direction and a
-//! side that is up. Each fixed step one [`InstrumentState`] comes from its [`InstrumentSource`] (keyboard and mouse, a
+//! side that is up. Each fixed step one [`InstrumentState`] comes from its [`InstrumentSource`] (keyboard, mouse and gamepad, a
 //! script, a recording, or any system that writes [`InstrumentRequest`]), is brought within [`InstrumentLimits`], and moves
 //! the tool that `resecta_tissue` collides and cuts with.
 //!
@@ -50,13 +50,17 @@
 //! ```
 //!
 //! - Every key has a `time_s`, from 0 and rising, and any of `insertion_mm`, `pitch_deg`, `yaw_deg`, `roll_deg`,
-//!   `stroke_mm`, `cut`, `coagulate`, in the units of [`InstrumentState`].
+//!   `stroke_mm`, `inflow_tap`, `outflow_tap`, `cut`, `coagulate`, in the units of [`InstrumentState`].
 //! - A number is linear between the keys that name it, and held before the first and after the last of them. One that no
 //!   key names stays as the instrument was spawned.
 //! - A pedal stays as the last key left it. Both are up before the first key that names them and after the last key.
 //! - Values and speeds must be within the instrument's limits; what is not is refused with file, line, key and field.
 
+mod action;
 mod bindings;
+mod bound_input;
+mod devices;
+mod feel;
 mod geometry;
 mod kinematics;
 mod limits;
@@ -69,13 +73,18 @@ mod script_error;
 mod script_lines;
 mod source;
 mod state;
+mod stop;
 mod tool;
 
-pub use bindings::{BoundInput, InstrumentAction, InstrumentBinding, InstrumentBindings, LiveSpeed};
+pub use action::InstrumentAction;
+pub use bindings::{InstrumentBinding, InstrumentBindings, LiveSpeed};
+pub use bound_input::{BoundInput, UnknownInput};
+pub use devices::{DeviceParams, Devices, InputCapture};
+pub use feel::{FeelError, Handedness, InvertedAxes, LiveFeel, PedalMode};
 pub use geometry::ResectoscopeGeometry;
 pub use kinematics::{LoopPose, Resectoscope, ResectoscopeError};
 pub use limits::{FieldLimit, InstrumentLimits, NotFinite};
-pub use live::{Devices, LiveCommand, LiveInput};
+pub use live::{LiveCommand, LiveInput};
 pub use plugin::{InstrumentPlugin, InstrumentSystems};
 pub use recording::{InstrumentRecording, RecordingError};
 pub use refused::InstrumentRefused;
@@ -83,6 +92,7 @@ pub use script::InstrumentScript;
 pub use script_error::{ScriptError, ScriptRule};
 pub use source::{InstrumentPlayback, InstrumentRequest, InstrumentSource};
 pub use state::{InstrumentField, InstrumentState};
+pub use stop::InstrumentStopped;
 
 /// What a user types daily.
 pub mod prelude {

@@ -66,6 +66,10 @@ pub struct InstrumentLimits {
     pub roll_deg: FieldLimit,
     /// mm and mm/s.
     pub stroke_mm: FieldLimit,
+    /// Shares of the way from closed to open, and that share a second.
+    pub inflow_tap: FieldLimit,
+    /// As above.
+    pub outflow_tap: FieldLimit,
 }
 
 impl Default for InstrumentLimits {
@@ -73,7 +77,8 @@ impl Default for InstrumentLimits {
     ///   up to which collision must not tunnel;
     /// - pitch and yaw ±35° at 90°/s: from a pivot 40 mm away the tip reaches the wall of a lumen 56 mm wide (ours);
     /// - roll ±180° at 270°/s: every hour of the clock (ours);
-    /// - stroke 0 to 30 mm at 50 mm/s: the loop's stroke and the fastest cutting pull (practice).
+    /// - stroke 0 to 30 mm at 50 mm/s: the loop's stroke and the fastest cutting pull (practice);
+    /// - taps 0 to 1 at 4 a second: a quarter turn of the hand in a quarter of a second (ours).
     fn default() -> Self {
         InstrumentLimits {
             insertion_mm: FieldLimit::new(0.0, 120.0, 200.0),
@@ -81,6 +86,8 @@ impl Default for InstrumentLimits {
             yaw_deg: FieldLimit::new(-35.0, 35.0, 90.0),
             roll_deg: FieldLimit::new(-180.0, 180.0, 270.0),
             stroke_mm: FieldLimit::new(0.0, 30.0, 50.0),
+            inflow_tap: FieldLimit::new(0.0, 1.0, 4.0),
+            outflow_tap: FieldLimit::new(0.0, 1.0, 4.0),
         }
     }
 }
@@ -104,6 +111,8 @@ impl InstrumentLimits {
             InstrumentField::Yaw => &self.yaw_deg,
             InstrumentField::Roll => &self.roll_deg,
             InstrumentField::Stroke => &self.stroke_mm,
+            InstrumentField::InflowTap => &self.inflow_tap,
+            InstrumentField::OutflowTap => &self.outflow_tap,
         }
     }
 

@@ -8,7 +8,8 @@ use resecta_tissue::TissueTool;
 use crate::live::gather_live_input;
 use crate::{
     InstrumentBindings, InstrumentField, InstrumentLimits, InstrumentPlayback, InstrumentRecording, InstrumentRefused,
-    InstrumentRequest, InstrumentSource, InstrumentState, LiveInput, Resectoscope, ResectoscopeGeometry,
+    InstrumentRequest, InstrumentSource, InstrumentState, InstrumentStopped, LiveInput, Resectoscope,
+    ResectoscopeGeometry,
 };
 
 /// What runs in a fixed step, in this order, in [`FixedUpdate`]: before the tissue, whose default schedule is
@@ -48,6 +49,7 @@ impl Plugin for InstrumentPlugin {
             .init_resource::<InstrumentBindings>()
             .init_resource::<LiveInput>()
             .add_message::<InstrumentRefused>()
+            .add_message::<InstrumentStopped>()
             .configure_sets(
                 FixedUpdate,
                 (
@@ -103,7 +105,7 @@ fn place(
             *recording = InstrumentRecording {
                 step_s: time.delta_secs_f64(),
                 start: *state,
-                states: Vec::new(),
+                ..default()
             };
         }
         if let InstrumentSource::Recording(replayed) = source
@@ -132,17 +134,31 @@ fn sample(
         &mut InstrumentPlayback,
     )>,
     mut refused: MessageWriter<InstrumentRefused>,
+    mut stopped: MessageWriter<InstrumentStopped>,
 ) {
     let step_s = time.delta_secs_f64();
     let command = live.take_step(&bindings, step_s as f32);
     for (instrument, scope, source, state, mut request, mut playback) in &mut instruments {
         playback.steps += 1;
         playback.over = source.is_over(playback.steps, step_s);
+        let wanted = match source {
+            InstrumentSource::Live => command.wanted(&request.0),
+            _ => request.0,
+        };
+        if matches!(source, InstrumentSource::Live | InstrumentSource::Requests) {
+            let past_ends = scope.limits.past_ends(&wanted, step_s as f32);
+            stopped.write_batch(past_ends.map(|(field, past, push)| InstrumentStopped {
+                instrument,
+                field,
+                above: past > 0.0,
+                push,
+            }));
+        }
         request.0 = match source {
             InstrumentSource::Requests => request.0,
             InstrumentSource::Script(script) => script.sample(playback.steps as f64 * step_s, state),
             InstrumentSource::Recording(recording) => match recording.state(playback.steps) {
-                Some(&recorded) => recorded,
+                Some(recorded) => recording.completed(recorded, state),
                 None => InstrumentState {
                     cut: false,
                     coagulate: false,

@@ -10,11 +10,21 @@ use thiserror::Error;
 
 use crate::{InstrumentField, InstrumentLimits, InstrumentState};
 
-/// Names the format and its version: the file's first cell.
-const FORMAT: &str = "resecta instrument recording 1";
+/// Names the format: the file's first cell but for its version.
+const FORMAT: &str = "resecta instrument recording";
 
-/// Columns of a row: the fields of [`InstrumentField::ALL`], then the two pedals.
-const COLUMNS: usize = InstrumentField::ALL.len() + 2;
+/// The version that knew no taps, and the one that does.
+const VERSIONS: [&str; 2] = ["1", "2"];
+
+/// The numbers of a row; the two pedals follow them. The taps come last, so a row without them is the start of one with.
+fn fields(without_taps: bool) -> &'static [InstrumentField] {
+    const ALL: &[InstrumentField] = &InstrumentField::ALL;
+    if without_taps {
+        &ALL[..ALL.len() - InstrumentField::TAPS.len()]
+    } else {
+        ALL
+    }
+}
 
 /// The states of an instrument, one a fixed step.
 ///
@@ -25,6 +35,8 @@ const COLUMNS: usize = InstrumentField::ALL.len() + 2;
 pub struct InstrumentRecording {
     /// Length of a step, s.
     pub step_s: f64,
+    /// Whether the states say nothing of the taps, as in files of version 1: a replay leaves them where it finds them.
+    pub without_taps: bool,
     /// The state before the first step.
     pub start: InstrumentState,
     /// The state at the end of each step.
@@ -75,16 +87,27 @@ impl InstrumentRecording {
         self.states.get(usize::try_from(step.checked_sub(1)?).ok()?)
     }
 
+    /// A recorded state, with the taps of `current` where the recording has none.
+    pub(crate) fn completed(&self, recorded: &InstrumentState, current: &InstrumentState) -> InstrumentState {
+        if self.without_taps {
+            recorded.with_taps_of(current)
+        } else {
+            *recorded
+        }
+    }
+
     /// The file's text.
     pub fn to_csv(&self) -> String {
-        let mut text = format!("{FORMAT},step_s,{}\n", self.step_s);
-        for field in InstrumentField::ALL {
+        let version = VERSIONS[usize::from(!self.without_taps)];
+        let mut text = format!("{FORMAT} {version},step_s,{}\n", self.step_s);
+        let fields = fields(self.without_taps);
+        for field in fields {
             text.push_str(field.name());
             text.push(',');
         }
         text.push_str("cut,coagulate\n");
         for state in std::iter::once(&self.start).chain(&self.states) {
-            for field in InstrumentField::ALL {
+            for &field in fields {
                 // Writing to a string cannot fail.
                 let _ = write!(text, "{},", state.get(field));
             }
@@ -135,43 +158,50 @@ impl InstrumentRecording {
         };
         let mut lines = text.lines().zip(1..);
         let (first, _) = lines.next().unwrap_or(("", 1));
-        let step_s = read_header(first).map_err(|cell| bad(1, cell))?;
+        let (step_s, without_taps) = read_header(first).map_err(|cell| bad(1, cell))?;
         lines.next();
-        let mut states = lines.map(|(text, line)| read_row(text, limits).map_err(|cell| bad(line, cell)));
+        let mut states = lines.map(|(text, line)| read_row(text, limits, without_taps).map_err(|cell| bad(line, cell)));
         let start = states.next().unwrap_or_else(|| {
             let missing = ("row", String::new(), "the state before the first step".to_string());
             Err(bad(text.lines().count() + 1, missing))
         })?;
         Ok(InstrumentRecording {
             step_s,
+            without_taps,
             start,
             states: states.collect::<Result<_, _>>()?,
         })
     }
 }
 
-/// The length of a step, from the first line.
-fn read_header(line: &str) -> Result<f64, BadCell> {
-    let Some(step) = line.strip_prefix(FORMAT).and_then(|rest| rest.strip_prefix(",step_s,")) else {
+/// The length of a step, and whether the rows are without taps, from the first line.
+fn read_header(line: &str) -> Result<(f64, bool), BadCell> {
+    let [old, new] = VERSIONS;
+    let after = |version: &str| line.strip_prefix(&format!("{FORMAT} {version},step_s,"));
+    let Some((step, without_taps)) =
+        (after(old).map(|step| (step, true))).or_else(|| after(new).map(|step| (step, false)))
+    else {
         return Err((
             "header",
             line.chars().take(80).collect(),
-            format!("\"{FORMAT},step_s,<seconds>\""),
+            format!("\"{FORMAT} {new},step_s,<seconds>\", or {old} for {new}"),
         ));
     };
     match step.trim().parse::<f64>() {
-        Ok(step_s) if step_s.is_finite() && step_s > 0.0 => Ok(step_s),
+        Ok(step_s) if step_s.is_finite() && step_s > 0.0 => Ok((step_s, without_taps)),
         _ => Err(("step_s", step.to_string(), "a positive number of seconds".into())),
     }
 }
 
-fn read_row(line: &str, limits: &InstrumentLimits) -> Result<InstrumentState, BadCell> {
+fn read_row(line: &str, limits: &InstrumentLimits, without_taps: bool) -> Result<InstrumentState, BadCell> {
+    let fields = fields(without_taps);
+    let columns = fields.len() + 2;
     let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-    if cells.len() != COLUMNS {
-        return Err(("row", line.chars().take(80).collect(), format!("{COLUMNS} cells")));
+    if cells.len() != columns {
+        return Err(("row", line.chars().take(80).collect(), format!("{columns} cells")));
     }
     let mut state = InstrumentState::default();
-    for (field, cell) in InstrumentField::ALL.into_iter().zip(&cells) {
+    for (&field, cell) in fields.iter().zip(&cells) {
         let limit = limits.of(field);
         let value = cell.parse().ok().filter(|&value| limit.contains(value));
         let expected = || {
@@ -188,7 +218,7 @@ fn read_row(line: &str, limits: &InstrumentLimits) -> Result<InstrumentState, Ba
         "1" => Ok(true),
         _ => Err((name, cell.to_string(), "0 or 1".to_string())),
     };
-    state.cut = pedal("cut", cells[COLUMNS - 2])?;
-    state.coagulate = pedal("coagulate", cells[COLUMNS - 1])?;
+    state.cut = pedal("cut", cells[columns - 2])?;
+    state.coagulate = pedal("coagulate", cells[columns - 1])?;
     Ok(state)
 }

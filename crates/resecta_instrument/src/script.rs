@@ -31,6 +31,10 @@ struct ScriptKey {
     #[serde(default)]
     stroke_mm: Option<f32>,
     #[serde(default)]
+    inflow_tap: Option<f32>,
+    #[serde(default)]
+    outflow_tap: Option<f32>,
+    #[serde(default)]
     cut: Option<bool>,
     #[serde(default)]
     coagulate: Option<bool>,
@@ -44,6 +48,8 @@ impl ScriptKey {
             InstrumentField::Yaw => self.yaw_deg,
             InstrumentField::Roll => self.roll_deg,
             InstrumentField::Stroke => self.stroke_mm,
+            InstrumentField::InflowTap => self.inflow_tap,
+            InstrumentField::OutflowTap => self.outflow_tap,
         }
     }
 }

@@ -20,7 +20,7 @@ pub enum InstrumentSource {
     Script(InstrumentScript),
     /// A recording; it starts where the recording started.
     Recording(InstrumentRecording),
-    /// Keyboard and mouse, through [`LiveInput`](crate::LiveInput).
+    /// Keyboard, mouse and gamepad, through [`LiveInput`](crate::LiveInput).
     Live,
 }
 
@@ -30,7 +30,7 @@ impl InstrumentSource {
         let state = match self {
             InstrumentSource::Requests | InstrumentSource::Live => *current,
             InstrumentSource::Script(script) => script.sample(0.0, current),
-            InstrumentSource::Recording(recording) => return recording.start,
+            InstrumentSource::Recording(recording) => return recording.completed(&recording.start, current),
         };
         InstrumentState {
             cut: false,

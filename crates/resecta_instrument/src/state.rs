@@ -1,4 +1,4 @@
-//! What the operator's hands and feet hold the instrument at: five numbers and two pedals.
+//! What the operator's hands and feet hold the instrument at: five numbers, two taps and two pedals.
 
 use bevy::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -21,6 +21,10 @@ pub struct InstrumentState {
     pub roll_deg: f32,
     /// How far the loop is pushed out beyond the sheath's tip, mm.
     pub stroke_mm: f32,
+    /// How far the tap on the sheath's inflow is open, 0 (closed) to 1. Moves water only where there is some.
+    pub inflow_tap: f32,
+    /// How far the tap on the sheath's outflow is open, 0 (closed) to 1.
+    pub outflow_tap: f32,
     /// Whether the cutting pedal is down.
     pub cut: bool,
     /// Whether the coagulation pedal is down.
@@ -36,6 +40,8 @@ impl InstrumentState {
             InstrumentField::Yaw => self.yaw_deg,
             InstrumentField::Roll => self.roll_deg,
             InstrumentField::Stroke => self.stroke_mm,
+            InstrumentField::InflowTap => self.inflow_tap,
+            InstrumentField::OutflowTap => self.outflow_tap,
         }
     }
 
@@ -47,6 +53,18 @@ impl InstrumentState {
             InstrumentField::Yaw => self.yaw_deg = value,
             InstrumentField::Roll => self.roll_deg = value,
             InstrumentField::Stroke => self.stroke_mm = value,
+            InstrumentField::InflowTap => self.inflow_tap = value,
+            InstrumentField::OutflowTap => self.outflow_tap = value,
+        }
+    }
+
+    /// The same with the taps of another.
+    #[must_use]
+    pub fn with_taps_of(self, other: &InstrumentState) -> Self {
+        InstrumentState {
+            inflow_tap: other.inflow_tap,
+            outflow_tap: other.outflow_tap,
+            ..self
         }
     }
 
@@ -59,8 +77,8 @@ impl InstrumentState {
     }
 }
 
-/// One of the five numbers of an [`InstrumentState`].
-#[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq)]
+/// One of the numbers of an [`InstrumentState`].
+#[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum InstrumentField {
     /// `insertion_mm`
     Insertion,
@@ -72,19 +90,29 @@ pub enum InstrumentField {
     Roll,
     /// `stroke_mm`
     Stroke,
+    /// `inflow_tap`
+    InflowTap,
+    /// `outflow_tap`
+    OutflowTap,
 }
 
 impl InstrumentField {
     /// Every field, in the order of the columns of a recording.
-    pub const ALL: [InstrumentField; 5] = [
+    pub const ALL: [InstrumentField; 7] = [
         InstrumentField::Insertion,
         InstrumentField::Pitch,
         InstrumentField::Yaw,
         InstrumentField::Roll,
         InstrumentField::Stroke,
+        InstrumentField::InflowTap,
+        InstrumentField::OutflowTap,
     ];
 
-    /// The field's name in [`InstrumentState`], in scripts and in recordings; it ends in the unit.
+    /// The two taps, the last of [`InstrumentField::ALL`].
+    pub const TAPS: [InstrumentField; 2] = [InstrumentField::InflowTap, InstrumentField::OutflowTap];
+
+    /// The field's name in [`InstrumentState`], in scripts and in recordings; it ends in the unit, but for a tap's, which has
+    /// none.
     pub const fn name(self) -> &'static str {
         match self {
             InstrumentField::Insertion => "insertion_mm",
@@ -92,6 +120,8 @@ impl InstrumentField {
             InstrumentField::Yaw => "yaw_deg",
             InstrumentField::Roll => "roll_deg",
             InstrumentField::Stroke => "stroke_mm",
+            InstrumentField::InflowTap => "inflow_tap",
+            InstrumentField::OutflowTap => "outflow_tap",
         }
     }
 }

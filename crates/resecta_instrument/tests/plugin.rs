@@ -4,6 +4,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use bevy::ecs::schedule::{LogLevel, ScheduleBuildSettings};
+use bevy::input::keyboard::{Key, KeyboardInput};
+use bevy::input::{ButtonState, InputPlugin};
 use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
 use resecta_instrument::*;
@@ -87,6 +89,8 @@ fn a_request_cut_short_by_the_limits_replays_bit_for_bit() {
             yaw_deg: far,
             roll_deg: -far,
             stroke_mm: far,
+            inflow_tap: far,
+            outflow_tap: -far,
             cut: step % 3 == 0,
             coagulate: false,
         };
@@ -209,6 +213,133 @@ fn keys_reach_the_instrument_through_the_plugin() {
         .insertion_mm;
     let expected_mm = 30.0 + InstrumentBindings::default().insertion.held_per_s;
     assert!((inserted_mm - expected_mm).abs() < 1e-3, "{inserted_mm}");
+}
+
+/// An app with the devices of Bevy and one instrument in the player's hand.
+fn in_hand(start: InstrumentState) -> (App, Entity) {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, InputPlugin, InstrumentPlugin))
+        .insert_resource(Time::<Fixed>::from_hz(60.0))
+        .insert_resource(TimeUpdateStrategy::FixedTimesteps(1));
+    app.update();
+    let instrument = app.world_mut().spawn((scope(), start, InstrumentSource::Live)).id();
+    app.update();
+    (app, instrument)
+}
+
+fn state(app: &App, instrument: Entity) -> InstrumentState {
+    *app.world().get::<InstrumentState>(instrument).expect("required")
+}
+
+fn key(app: &mut App, key_code: KeyCode, logical_key: Key, pressed: ButtonState) {
+    app.world_mut().write_message(KeyboardInput {
+        key_code,
+        logical_key,
+        state: pressed,
+        text: None,
+        repeat: false,
+        window: Entity::PLACEHOLDER,
+    });
+}
+
+#[test]
+fn a_press_acts_in_the_fixed_step_of_the_frame_that_it_comes_in() {
+    let (mut app, instrument) = in_hand(default());
+    let f = || Key::Character("f".into());
+    key(&mut app, KeyCode::KeyF, f(), ButtonState::Pressed);
+    app.update();
+    assert!(state(&app, instrument).cut, "the first step after the press");
+    assert!(app.world().get::<TissueTool>(instrument).expect("required").cutting);
+    key(&mut app, KeyCode::KeyF, f(), ButtonState::Released);
+    app.update();
+    assert!(!state(&app, instrument).cut, "the first step after the release");
+
+    key(&mut app, KeyCode::Space, Key::Space, ButtonState::Pressed);
+    app.update();
+    let step_s = 1.0 / 60.0;
+    let moved_mm = state(&app, instrument).stroke_mm;
+    let expected_mm = InstrumentBindings::default().stroke.held_per_s * step_s;
+    assert!((moved_mm - expected_mm).abs() < 1e-4, "{moved_mm} mm in its first step");
+}
+
+#[test]
+fn a_gamepad_reaches_the_instrument_through_the_plugin() {
+    let (mut app, instrument) = in_hand(default());
+    let mut pad = Gamepad::default();
+    pad.analog_mut().set(GamepadAxis::RightStickX, 1.0);
+    pad.digital_mut().press(GamepadButton::LeftTrigger);
+    app.world_mut().spawn(pad);
+    (0..30).for_each(|_| app.update());
+    let state = state(&app, instrument);
+    let expected_deg = InstrumentBindings::default().tilt.pushed_per_s / 2.0;
+    assert!((state.yaw_deg - expected_deg).abs() < 1e-3, "{}", state.yaw_deg);
+    assert!(state.coagulate);
+}
+
+#[test]
+fn the_end_of_the_way_is_told_by_field_side_and_push() {
+    let start = InstrumentState {
+        stroke_mm: 29.9,
+        outflow_tap: 0.5,
+        ..default()
+    };
+    let (mut app, instrument) = in_hand(start);
+    let told = |app: &mut App| -> Vec<InstrumentStopped> {
+        app.update();
+        app.world_mut()
+            .resource_mut::<Messages<InstrumentStopped>>()
+            .drain()
+            .collect()
+    };
+    assert_eq!(told(&mut app), [], "nothing is pressed");
+    key(&mut app, KeyCode::Space, Key::Space, ButtonState::Pressed);
+    let first = told(&mut app);
+    let bindings = InstrumentBindings::default();
+    let full = InstrumentLimits::default().stroke_mm.max_speed / 60.0;
+    let past_mm = 29.9 + bindings.stroke.held_per_s / 60.0 - 30.0;
+    let [InstrumentStopped { field, above, push, .. }] = first[..] else {
+        panic!("{first:?}");
+    };
+    assert_eq!((field, above), (InstrumentField::Stroke, true));
+    assert!((push - past_mm / full).abs() < 1e-3, "{push}");
+    let held = told(&mut app);
+    assert!(
+        (held[0].push - bindings.stroke.held_per_s / 60.0 / full).abs() < 1e-3,
+        "a key presses evenly"
+    );
+    assert_eq!(state(&app, instrument).stroke_mm, 30.0);
+    key(&mut app, KeyCode::Space, Key::Space, ButtonState::Released);
+    assert_eq!(told(&mut app), []);
+}
+
+#[test]
+fn a_recording_without_taps_leaves_them_where_they_are() {
+    let (mut app, instrument) = in_hand(InstrumentState {
+        inflow_tap: 0.25,
+        outflow_tap: 1.0,
+        ..default()
+    });
+    let recording = InstrumentRecording {
+        step_s: 1.0 / 60.0,
+        without_taps: true,
+        start: default(),
+        states: vec![
+            InstrumentState {
+                stroke_mm: 0.5,
+                ..default()
+            };
+            3
+        ],
+    };
+    app.world_mut()
+        .entity_mut(instrument)
+        .insert(InstrumentSource::Recording(recording));
+    for _ in 0..5 {
+        app.update();
+        let state = state(&app, instrument);
+        assert_eq!((state.inflow_tap, state.outflow_tap), (0.25, 1.0));
+    }
+    assert_eq!(state(&app, instrument).stroke_mm, 0.5);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use bevy::{
     ecs::schedule::{InternedScheduleLabel, ScheduleLabel},
     prelude::*,
 };
-use resecta_fluid::{Bladder, Circulation, FluidSystems, RedOut, Turbidity};
+use resecta_fluid::{Bladder, Circulation, FluidSystems, Irrigation, RedOut, Turbidity};
 use resecta_instrument::{InstrumentPlayback, InstrumentState, Resectoscope};
 use resecta_tissue::{TissueContact, TissueResected, TissueSystems};
 
@@ -98,6 +98,9 @@ impl Plugin for ScenarioPlugin {
                 self.schedule,
                 (
                     water::follow_lens.in_set(FluidSystems::First),
+                    water::follow_taps
+                        .in_set(FluidSystems::First)
+                        .run_if(resource_exists::<Irrigation>.and_then(resource_exists::<ActiveExercise>)),
                     (observe, observe_water).chain().in_set(Observe),
                     measure.in_set(Measure),
                     record.in_set(Record).run_if(resource_exists::<Trace>),

@@ -113,6 +113,7 @@ impl LoadedExercise {
         };
         let water = models.water.as_ref().map(|water| water.prepare(&tissue));
         let water = water.transpose().map_err(broken)?;
+        let start = water.as_ref().map_or(start, |water| water.with_taps(start));
         let adenoma =
             (0..tissue.pentahedron_count() as u32).filter(|&index| tissue.pentahedron_zone(index).is_adenoma());
         Ok(PreparedExercise {

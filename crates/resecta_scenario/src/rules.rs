@@ -137,6 +137,11 @@ fn instrument(setup: &InstrumentSetup) -> Checked {
         ));
     }
     let Some(start) = setup.start else { return Ok(()) };
+    if let Some(tap) = InstrumentField::TAPS.into_iter().find(|&tap| start.get(tap) != 0.0) {
+        let field = format!("instrument.start.{}", tap.name());
+        let expected = "nothing: `models.water.irrigation` says how far the taps are open";
+        return Err(RuleError::new(field, start.get(tap), expected));
+    }
     let limits = InstrumentLimits::default();
     match InstrumentField::ALL
         .into_iter()

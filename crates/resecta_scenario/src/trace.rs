@@ -38,7 +38,7 @@ pub struct TraceRow {
 }
 
 /// The columns of [`Trace::write_csv`].
-pub const COLUMNS: &str = "step,time_s,insertion_mm,pitch_deg,yaw_deg,roll_deg,stroke_mm,cut,coagulate,\
+pub const COLUMNS: &str = "step,time_s,insertion_mm,pitch_deg,yaw_deg,roll_deg,stroke_mm,inflow_tap,outflow_tap,cut,coagulate,\
     tip_x_mm,tip_y_mm,tip_z_mm,contacts,largest_depth_mm,current_on_capsule,removed_mm3,marked_removed_share";
 
 impl TraceRow {
@@ -85,6 +85,8 @@ impl Trace {
                 yaw_deg,
                 roll_deg,
                 stroke_mm,
+                inflow_tap,
+                outflow_tap,
                 cut,
                 coagulate,
             } = instrument;
@@ -92,8 +94,8 @@ impl Trace {
             let [cut, coagulate, current_on_capsule] = [*cut, *coagulate, *current_on_capsule].map(u8::from);
             writeln!(
                 out,
-                "{step},{time_s},{insertion_mm},{pitch_deg},{yaw_deg},{roll_deg},{stroke_mm},{cut},{coagulate},\
-                 {x},{y},{z},{contacts},{largest_depth_mm},{current_on_capsule},{removed_mm3},{marked_removed_share}"
+                "{step},{time_s},{insertion_mm},{pitch_deg},{yaw_deg},{roll_deg},{stroke_mm},{inflow_tap},{outflow_tap},\
+                 {cut},{coagulate},{x},{y},{z},{contacts},{largest_depth_mm},{current_on_capsule},{removed_mm3},{marked_removed_share}"
             )?;
         }
         out.flush()
@@ -113,7 +115,7 @@ mod tests {
         trace.write_csv(&mut bytes).unwrap();
         let text = String::from_utf8(bytes).unwrap();
         let fields: Vec<usize> = text.lines().map(|line| line.split(',').count()).collect();
-        assert_eq!(fields, [17; 4], "{text}");
+        assert_eq!(fields, [19; 4], "{text}");
         assert!(
             text.lines()
                 .all(|line| line.split(',').all(|field| !field.trim().is_empty())),

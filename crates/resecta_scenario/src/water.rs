@@ -10,13 +10,13 @@ use resecta_fluid::{
 use resecta_instrument::{InstrumentState, Resectoscope};
 use serde::{Deserialize, Serialize};
 
-use crate::errors::RuleError;
+use crate::{active::ActiveExercise, errors::RuleError};
 
 /// Irrigation and bladder, and what else of blood and water is on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Water {
-    /// Bag and taps at the start: fields of [`Irrigation`].
+    /// Bag, and the taps as the instrument begins with them: fields of [`Irrigation`]. In play the taps follow the instrument.
     pub irrigation: Irrigation,
     /// How the bladder gives way: fields of [`BladderSettings`].
     pub bladder: BladderSettings,
@@ -64,6 +64,17 @@ pub(crate) struct PreparedWater {
     vessels: Option<Vessels>,
     turbidity: Option<Turbidity>,
     absorption: Option<Absorption>,
+}
+
+impl PreparedWater {
+    /// The state with its taps as the exercise says.
+    pub(crate) fn with_taps(&self, start: InstrumentState) -> InstrumentState {
+        InstrumentState {
+            inflow_tap: self.irrigation.inflow_tap as f32,
+            outflow_tap: self.irrigation.outflow_tap as f32,
+            ..start
+        }
+    }
 }
 
 impl Water {
@@ -145,6 +156,22 @@ pub(crate) fn fill(world: &mut World, water: Option<PreparedWater>, tissue: Enti
     }
     if let Some(absorption) = water.absorption {
         world.insert_resource(absorption);
+    }
+}
+
+/// Turns the bladder's taps as far as the instrument's are.
+pub(crate) fn follow_taps(
+    active: Res<ActiveExercise>,
+    instruments: Query<&InstrumentState>,
+    mut irrigation: ResMut<Irrigation>,
+) {
+    if let Ok(state) = instruments.get(active.instrument) {
+        let [inflow_tap, outflow_tap] = [state.inflow_tap, state.outflow_tap].map(f64::from);
+        irrigation.set_if_neq(Irrigation {
+            inflow_tap,
+            outflow_tap,
+            ..*irrigation
+        });
     }
 }
 

@@ -156,6 +156,10 @@ fn broken_rules_name_field_value_and_what_was_expected() {
             "instrument.start.stroke_mm is 42; expected 0 to 30, the limits of the instrument",
         ),
         (
+            ("marked: (", "instrument: (start: (inflow_tap: 1)), marked: ("),
+            "instrument.start.inflow_tap is 1; expected nothing: `models.water.irrigation` says how far the taps are open",
+        ),
+        (
             ("case: \"medium\"", "case: \"medium\", material: \"ex_vitro\""),
             "material is \"ex_vitro\"; expected a material preset (palpation_5hz, palpation_static, ex_vivo, \
              mr_elastography, papers_lattice); did you mean `ex_vivo`?",

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use bevy::{prelude::*, time::TimeUpdateStrategy};
 use resecta_fluid::{Absorption, Bladder, Circulation, FluidPlugins, Irrigation, Lens, Turbidity, VesselKind, Vessels};
-use resecta_instrument::{InstrumentPlugin, InstrumentState, Resectoscope};
+use resecta_instrument::{
+    InstrumentPlugin, InstrumentRecording, InstrumentScript, InstrumentSource, InstrumentState, Resectoscope,
+};
 use resecta_scenario::{ActiveExercise, Library, MetricId, Metrics, RunState, ScenarioPlugin, spawn_exercise};
 use resecta_tissue::{Tissue, TissuePlugin};
 
@@ -97,4 +99,95 @@ fn a_cut_artery_bleeds_clouds_the_water_and_is_counted_until_another_exercise_be
     ] {
         assert_eq!(value(&app, metric), 0.0, "{metric}");
     }
+}
+
+/// The water of `middle_lobe` over a coarser gland that nothing touches, played by a script.
+fn flushing(script: &str) -> App {
+    let mut app = app("middle_lobe");
+    let library = Library::new(Path::new("../../assets"));
+    let mut loaded = library.load("middle_lobe").unwrap();
+    loaded.exercise.alpha_deg = 20.0;
+    loaded.exercise.models.collision = false;
+    let prepared = loaded.prepare().unwrap();
+    let limits = prepared.resectoscope.limits;
+    let script = InstrumentScript::from_ron(script, Path::new("flush.ron"), &limits).unwrap();
+    let ActiveExercise { instrument, .. } = spawn_exercise(app.world_mut(), prepared);
+    app.world_mut()
+        .entity_mut(instrument)
+        .insert(InstrumentSource::Script(script));
+    app.insert_resource(RunState::Running);
+    app
+}
+
+fn taps(app: &App) -> [f64; 2] {
+    let irrigation = app.world().resource::<Irrigation>();
+    [irrigation.inflow_tap, irrigation.outflow_tap]
+}
+
+#[test]
+fn a_player_empties_the_bladder_by_the_taps_and_fills_it_again() {
+    // Shut the inflow and let run out; shut the outflow and let run in.
+    let mut app = flushing(
+        "(keys: [
+            (time_s: 0, inflow_tap: 1, outflow_tap: 1),
+            (time_s: 1, inflow_tap: 1, outflow_tap: 1),
+            (time_s: 1.5, inflow_tap: 0),
+            (time_s: 110, inflow_tap: 0, outflow_tap: 1),
+            (time_s: 110.5, inflow_tap: 1, outflow_tap: 0),
+            (time_s: 150),
+        ])",
+    );
+    assert_eq!(taps(&app), [1.0, 1.0], "the taps begin as the exercise says");
+    let volume = |app: &App| app.world().resource::<Bladder>().volume_ml();
+    let begin_ml = volume(&app);
+    let run = |app: &mut App, seconds: u32| (0..60 * seconds).for_each(|_| app.update());
+    run(&mut app, 60);
+    assert_eq!(taps(&app), [0.0, 1.0]);
+    run(&mut app, 49);
+    let emptied_ml = volume(&app);
+    assert!(emptied_ml < 1e-6, "{emptied_ml} ml are left");
+    run(&mut app, 31);
+    assert_eq!(taps(&app), [1.0, 0.0]);
+    // 60 cmH2O over 12 cmH2O s/ml: 5 ml/s into a bladder that does not press back yet.
+    let filled_ml = volume(&app);
+    assert!(
+        (140.0..148.0).contains(&filled_ml),
+        "{filled_ml} ml after 29.5 s of inflow"
+    );
+    let totals = *app.world().resource::<Bladder>().totals();
+    let (came, went) = (
+        totals.irrigated_ml + totals.blood_ml,
+        totals.drained_ml + totals.absorbed_ml,
+    );
+    let off_ml = begin_ml + came - went - filled_ml;
+    assert!(off_ml.abs() < 1e-9 * (came + went), "{off_ml} ml are unaccounted for");
+    assert!(totals.drained_ml > 150.0, "{totals:?}");
+}
+
+#[test]
+fn a_recording_from_before_the_taps_has_the_water_of_its_exercise() {
+    let mut app = flushing("(keys: [(time_s: 0), (time_s: 1)])");
+    let ActiveExercise { instrument, .. } = *app.world().resource::<ActiveExercise>();
+    let start = *app.world().get::<InstrumentState>(instrument).unwrap();
+    let recording = InstrumentRecording {
+        step_s: 1.0 / 60.0,
+        without_taps: true,
+        start: InstrumentState {
+            inflow_tap: 0.0,
+            outflow_tap: 0.0,
+            ..start
+        },
+        states: vec![
+            InstrumentState {
+                inflow_tap: 0.0,
+                outflow_tap: 0.0,
+                ..start
+            };
+            30
+        ],
+    };
+    let source = InstrumentSource::Recording(recording);
+    app.world_mut().entity_mut(instrument).insert(source);
+    (0..30).for_each(|_| app.update());
+    assert_eq!(taps(&app), [1.0, 1.0]);
 }

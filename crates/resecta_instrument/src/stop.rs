@@ -1,0 +1,35 @@
+//! The end of the way: told when a request presses against a limit of the instrument, so that a player can feel it.
+
+use bevy::prelude::*;
+
+use crate::{InstrumentField, InstrumentLimits, InstrumentState};
+
+/// A field was asked past its range in this fixed step; the instrument stays at the end of its way.
+///
+/// Told for every field and every step in which it presses, by sources that may ask for more than there is: hands and
+/// requests. Scripts and recordings are within the limits.
+#[derive(Message, Reflect, Debug, Clone, Copy, PartialEq)]
+pub struct InstrumentStopped {
+    /// The instrument.
+    pub instrument: Entity,
+    /// The field.
+    pub field: InstrumentField,
+    /// Whether it was asked above its largest value, else below its smallest.
+    pub above: bool,
+    /// How hard: how far the request went past the end in this step, as a share of what the field can move in a step at
+    /// its fastest; above 0, 1 at most.
+    pub push: f32,
+}
+
+impl InstrumentLimits {
+    /// Where a request goes past the ends: the field, by how much (its unit, negative below the smallest value), and that as
+    /// a share of its fastest step of `dt_s` seconds, 1 at most. A number that is none passes none.
+    pub fn past_ends(&self, wanted: &InstrumentState, dt_s: f32) -> impl Iterator<Item = (InstrumentField, f32, f32)> {
+        InstrumentField::ALL.into_iter().filter_map(move |field| {
+            let (limit, value) = (self.of(field), wanted.get(field));
+            let past = (value - limit.max).max(0.0) + (value - limit.min).min(0.0);
+            let push = (past.abs() / (limit.max_speed * dt_s)).min(1.0);
+            (past != 0.0).then_some((field, past, push))
+        })
+    }
+}

@@ -1,0 +1,195 @@
+//! What the page of settings shows: how the instrument answers the hand at the left, what does what at the right.
+
+use bevy::prelude::*;
+use bevy_egui::{
+    EguiContexts,
+    egui::{self, RichText, Ui},
+};
+use resecta_instrument::{Handedness, InstrumentBindings, InvertedAxes, LiveFeel, PedalMode};
+
+use super::{KeptSettings, SettingsPage, table};
+use crate::game::{
+    flow::GameFlow,
+    panel::{BAD, CAREFUL},
+};
+
+/// Widths of the two halves, logical pixels: together they fit a window of 1280 by 720 with room for longer names.
+const FEEL_WIDTH: f32 = 300.0;
+/// As above.
+const TABLE_WIDTH: f32 = 600.0;
+
+pub fn show(
+    mut contexts: EguiContexts,
+    mut page: ResMut<SettingsPage>,
+    mut bindings: ResMut<InstrumentBindings>,
+    mut kept: ResMut<KeptSettings>,
+) -> Result {
+    if !page.open {
+        if page.was_open {
+            page.was_open = false;
+            // It was read there.
+            kept.trouble = None;
+        }
+        return Ok(());
+    }
+    let context = contexts.ctx_mut()?;
+    let just_opened = !std::mem::replace(&mut page.was_open, true);
+    // Written back only where something was changed: what keeps the settings looks for that.
+    let mut changed = bindings.clone();
+    let mut hand = kept.hand;
+    egui::Modal::new("settings".into())
+        .backdrop_color(egui::Color32::from_black_alpha(170))
+        .show(context, |ui| {
+            let waits = page.capture.is_some() || page.just_captured.is_some();
+            ui.horizontal(|ui| {
+                ui.label(RichText::new("Settings").size(20.0).strong());
+                ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                    let close = ui.add_enabled(!waits, egui::Button::new("Close (Esc)"));
+                    if just_opened {
+                        close.request_focus();
+                    }
+                    if close.clicked() {
+                        page.open = false;
+                    }
+                    ui.label(RichText::new("Tab and arrows move, Space presses").weak());
+                });
+            });
+            if let Some(trouble) = &kept.trouble {
+                ui.label(RichText::new(trouble).color(BAD));
+            }
+            ui.separator();
+            ui.horizontal_top(|ui| {
+                ui.vertical(|ui| {
+                    ui.set_width(FEEL_WIDTH);
+                    ui.add_enabled_ui(!waits, |ui| feel(ui, &mut changed.feel, &mut hand));
+                    if hand != kept.hand {
+                        // The other hand's keys; what the hand feels stays.
+                        let feel = changed.feel;
+                        changed = InstrumentBindings::of_hand(hand);
+                        changed.feel = feel;
+                    }
+                    ui.add_space(8.0);
+                    if ui
+                        .add_enabled(!waits, egui::Button::new("Set everything back"))
+                        .clicked()
+                    {
+                        hand = Handedness::default();
+                        changed = InstrumentBindings::default();
+                    }
+                    waiting(ui, &page);
+                });
+                ui.separator();
+                ui.vertical(|ui| {
+                    ui.set_width(TABLE_WIDTH);
+                    ui.add_enabled_ui(!waits, |ui| table::show(ui, &mut changed, hand, &mut page));
+                });
+            });
+        });
+    if changed != *bindings {
+        *bindings = changed;
+    }
+    if hand != kept.hand {
+        kept.hand = hand;
+    }
+    Ok(())
+}
+
+fn feel(ui: &mut Ui, feel: &mut LiveFeel, hand: &mut Handedness) {
+    ui.label(RichText::new("Hand").strong());
+    ui.horizontal(|ui| {
+        ui.label("Mouse in the");
+        ui.radio_value(hand, Handedness::Right, "right");
+        ui.radio_value(hand, Handedness::Left, "left hand");
+    });
+    ui.label(RichText::new("Changing it sets all keys and buttons back to those of that hand.").weak());
+    ui.separator();
+    ui.label(RichText::new("Sensitivity").strong());
+    let mut slider = |name: &str, value: &mut f32, [min, max]: [f32; 2], logarithmic: bool| {
+        ui.horizontal(|ui| {
+            let slider = egui::Slider::new(value, min..=max)
+                .logarithmic(logarithmic)
+                .max_decimals(2);
+            ui.add(slider);
+            ui.label(name);
+        });
+    };
+    slider("Mouse", &mut feel.mouse, LiveFeel::FACTOR, true);
+    slider("Wheel", &mut feel.wheel, LiveFeel::FACTOR, true);
+    slider("Gamepad", &mut feel.stick, LiveFeel::FACTOR, true);
+    slider("Dead zone of sticks", &mut feel.dead_zone, LiveFeel::DEAD_ZONE, false);
+    slider("Curve of sticks", &mut feel.curve, LiveFeel::CURVE, false);
+    ui.separator();
+    ui.label(RichText::new("Inverted").strong());
+    let InvertedAxes {
+        mouse_x,
+        mouse_y,
+        wheel,
+        stick_x,
+        stick_y,
+    } = &mut feel.inverted;
+    ui.horizontal(|ui| {
+        ui.checkbox(mouse_x, "Mouse left, right");
+        ui.checkbox(mouse_y, "Mouse up, down");
+    });
+    ui.horizontal(|ui| {
+        ui.checkbox(stick_x, "Sticks left, right");
+        ui.checkbox(stick_y, "Sticks up, down");
+    });
+    ui.checkbox(wheel, "Wheel");
+    ui.separator();
+    ui.label(RichText::new("Pedals").strong());
+    ui.radio_value(&mut feel.pedals, PedalMode::Hold, "Down while they are held");
+    ui.radio_value(
+        &mut feel.pedals,
+        PedalMode::Toggle,
+        "A press puts them down, the next up",
+    );
+}
+
+/// What a binding waits for.
+fn waiting(ui: &mut Ui, page: &SettingsPage) {
+    let Some(capture) = &page.capture else { return };
+    ui.add_space(8.0);
+    let what = if capture.input.movements {
+        "Press a key or button, push a stick, turn the wheel or draw the mouse far to one side."
+    } else {
+        "Press a key or button."
+    };
+    ui.label(RichText::new(capture.action.label()).strong().color(CAREFUL));
+    ui.label(RichText::new(what).color(CAREFUL));
+    ui.label(RichText::new("Esc leaves it as it is, Backspace takes it away.").color(CAREFUL));
+}
+
+/// Says what is wrong with the file of settings, beside what the game waits with, until the player has read it.
+pub fn tell_trouble(
+    mut contexts: EguiContexts,
+    page: Res<SettingsPage>,
+    flow: Res<GameFlow>,
+    mut kept: ResMut<KeptSettings>,
+) -> Result {
+    let is_shown = !page.open && !flow.is_live();
+    let Some(trouble) = kept.trouble.clone().filter(|_| is_shown) else {
+        return Ok(());
+    };
+    let mut is_read = false;
+    egui::Window::new("Settings")
+        .id("settings trouble".into())
+        .order(egui::Order::Foreground)
+        .anchor(egui::Align2::LEFT_TOP, [12.0, 12.0])
+        .fixed_size([420.0, 0.0])
+        .collapsible(false)
+        .resizable(false)
+        .show(contexts.ctx_mut()?, |ui| {
+            ui.label(RichText::new(trouble).color(BAD));
+            let button = ui.button("Understood");
+            if button.clicked() {
+                // The space bar moves the loop: it must not press this again.
+                button.surrender_focus();
+                is_read = true;
+            }
+        });
+    if is_read {
+        kept.trouble = None;
+    }
+    Ok(())
+}
