@@ -11,22 +11,17 @@ use resecta_scenario::{ActiveExercise, MetricId, Metrics, ScoreCard};
 use resecta_tissue::TissueDiagnostics;
 
 use super::{
-    flow::{GameFlow, Phase, Wish},
+    flow::GameFlow,
+    menu::MenuSystems,
     pace::Pace,
+    palette::{self, BAD, CAREFUL, GOOD},
 };
 
 /// Width, logical pixels.
 pub const PANEL_WIDTH: f32 = 290.0;
 
-/// Something good, something to look out for, something bad.
-pub const GOOD: Color32 = Color32::from_rgb(110, 200, 130);
-/// As above.
-pub const CAREFUL: Color32 = Color32::from_rgb(240, 180, 70);
-/// As above.
-pub const BAD: Color32 = Color32::from_rgb(235, 95, 80);
-
 pub fn plugin(app: &mut App) {
-    app.add_systems(EguiPrimaryContextPass, show);
+    app.add_systems(EguiPrimaryContextPass, show.in_set(MenuSystems::Show));
 }
 
 fn show(
@@ -38,9 +33,11 @@ fn show(
     (bladder, turbidity): (Option<Res<Bladder>>, Option<Res<Turbidity>>),
     pace: Res<Pace>,
     instruments: Query<&InstrumentState>,
-    mut flow: ResMut<GameFlow>,
+    flow: Res<GameFlow>,
 ) -> Result {
-    let Some(active) = active else { return Ok(()) };
+    let Some(active) = active.filter(|_| flow.phase.shows_exercise()) else {
+        return Ok(());
+    };
     let context = contexts.ctx_mut()?;
     let mut root = Ui::new(
         context.clone(),
@@ -50,7 +47,7 @@ fn show(
             .max_rect(context.viewport_rect()),
     );
     let frame = egui::Frame::new()
-        .fill(Color32::from_rgb(22, 25, 30))
+        .fill(palette::GROUND)
         .inner_margin(egui::Margin::same(12));
     egui::Panel::right("panel")
         .exact_size(PANEL_WIDTH)
@@ -77,9 +74,6 @@ fn show(
                 simulation(ui, &diagnostics, &pace);
                 ui.separator();
                 ui.label(RichText::new("H help   Tab views   Esc pause").weak());
-                if flow.phase == Phase::Paused && ui.button("End and show the score").clicked() {
-                    flow.wish(Wish::End);
-                }
                 ui.label(RichText::new("Not validated for training").small().weak());
             });
         });
@@ -88,7 +82,7 @@ fn show(
 
 fn goals(ui: &mut Ui, card: &ScoreCard) {
     for goal in &card.goals {
-        let colour = if goal.reached { GOOD } else { Color32::LIGHT_GRAY };
+        let colour = if goal.reached { GOOD } else { palette::TEXT };
         ui.label(RichText::new(&goal.goal).color(colour));
         let share = if goal.at_least > 0.0 {
             goal.value / goal.at_least
@@ -98,7 +92,7 @@ fn goals(ui: &mut Ui, card: &ScoreCard) {
         ui.add(
             egui::ProgressBar::new(share.clamp(0.0, 1.0) as f32)
                 .desired_height(12.0)
-                .fill(Color32::from_rgb(70, 130, 180)),
+                .fill(palette::ACCENT.gamma_multiply(0.8)),
         );
     }
 }
@@ -128,7 +122,7 @@ fn measured(ui: &mut Ui, metrics: &Metrics, limit_s: f64) {
     let value = |metric| metrics.value(metric);
     let touches = value(MetricId::CapsuleTouches);
     let left_s = (limit_s - value(MetricId::Elapsed)).max(0.0);
-    let plain = Color32::LIGHT_GRAY;
+    let plain = palette::TEXT;
     let rows = [
         ("Removed", format!("{:.2} g", value(MetricId::RemovedMass)), plain),
         (
@@ -156,7 +150,7 @@ fn instrument(ui: &mut Ui, state: &InstrumentState) {
     let current = if state.cut {
         RichText::new("cutting").color(CAREFUL)
     } else if state.coagulate {
-        RichText::new("coagulating").color(Color32::from_rgb(110, 160, 250))
+        RichText::new("coagulating").color(palette::COAGULATION)
     } else {
         RichText::new("off").weak()
     };
@@ -166,18 +160,14 @@ fn instrument(ui: &mut Ui, state: &InstrumentState) {
         ui.label(current);
     });
     let rows = [
-        (
-            "Insertion",
-            format!("{:.0} mm", state.insertion_mm),
-            Color32::LIGHT_GRAY,
-        ),
-        ("Loop out", format!("{:.0} mm", state.stroke_mm), Color32::LIGHT_GRAY),
+        ("Insertion", format!("{:.0} mm", state.insertion_mm), palette::TEXT),
+        ("Loop out", format!("{:.0} mm", state.stroke_mm), palette::TEXT),
         (
             "Tip up, right",
             format!("{:+.0}°, {:+.0}°", state.pitch_deg, state.yaw_deg),
-            Color32::LIGHT_GRAY,
+            palette::TEXT,
         ),
-        ("Roll", format!("{:+.0}°", state.roll_deg), Color32::LIGHT_GRAY),
+        ("Roll", format!("{:+.0}°", state.roll_deg), palette::TEXT),
     ];
     table(ui, "instrument", rows);
 }
@@ -187,7 +177,7 @@ const ABSORBING_CMH2O: f64 = 20.4;
 
 fn water(ui: &mut Ui, bladder: &Bladder, turbidity: Option<&Turbidity>, metrics: &Metrics) {
     ui.label(RichText::new("Blood and water").strong());
-    let plain = Color32::LIGHT_GRAY;
+    let plain = palette::TEXT;
     let pressure = bladder.pressure_cmh2o();
     let view = turbidity.map_or(1.0, Turbidity::visibility);
     let absorbed = metrics.value(MetricId::Absorbed);
@@ -221,7 +211,7 @@ fn water(ui: &mut Ui, bladder: &Bladder, turbidity: Option<&Turbidity>, metrics:
 
 fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {
     ui.label(RichText::new("Simulation").strong());
-    let plain = Color32::GRAY;
+    let plain = palette::WEAK;
     let rate = if pace.frame_s > 0.0 { 1.0 / pace.frame_s } else { 0.0 };
     let rows = [
         ("Nodes", diagnostics.nodes.to_string(), plain),
@@ -260,7 +250,7 @@ fn table<const ROWS: usize>(ui: &mut Ui, name: &str, rows: [(&str, String, Color
         .spacing([10.0, 2.0])
         .show(ui, |ui| {
             for (title, value, colour) in rows {
-                ui.label(RichText::new(title).color(Color32::GRAY));
+                ui.label(RichText::new(title).color(palette::WEAK));
                 right(ui, RichText::new(value).color(colour));
                 ui.end_row();
             }
