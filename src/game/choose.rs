@@ -56,12 +56,11 @@ fn show(
         ui.add_space(10.0);
         let height = ui.available_height() - 24.0;
         ui.horizontal_top(|ui| {
-            ui.allocate_ui(egui::vec2(LIST_WIDTH, height), |ui| {
-                ui.set_width(LIST_WIDTH);
+            menu::part(ui, [LIST_WIDTH, height], |ui| {
                 list(ui, &mut catalogue, &history, focus.lead, &mut flow);
             });
             ui.add_space(16.0);
-            ui.allocate_ui(egui::vec2(ui.available_width(), height), |ui| {
+            menu::part(ui, [ui.available_width(), height], |ui| {
                 details(ui, &mut catalogue, &history, &mut flow);
             });
         });
@@ -181,35 +180,33 @@ fn details(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, flow: &mut
     ui.label(&exercise.briefing);
     ui.add_space(6.0);
     ui.horizontal_top(|ui| {
-        ui.allocate_ui(egui::vec2(width * 0.42, 0.0), |ui| {
-            ui.vertical(|ui| {
-                menu::caption(ui, "The gland");
-                let [length, across, height] = sketch.size_mm;
-                let blood = match exercise.models.water.as_ref().map(|water| water.bleeding.is_some()) {
-                    Some(true) => "water, blood",
-                    Some(false) => "water",
-                    None => "dry",
-                };
-                let rows = [
-                    ("Case", loaded.case.name.clone()),
-                    ("Volume", format!("{:.0} ml", sketch.volume_ml)),
-                    ("Adenoma", format!("{:.0} ml", sketch.adenoma_ml)),
-                    ("Marked", format!("{:.1} ml", sketch.marked_ml)),
-                    ("Size", format!("{length:.0} × {across:.0} × {height:.0} mm")),
-                    ("Time", clock(exercise.limits.time_s)),
-                    ("Scene", blood.into()),
-                ];
-                egui::Grid::new("gland")
-                    .num_columns(2)
-                    .spacing([18.0, 3.0])
-                    .show(ui, |ui| {
-                        for (name, value) in rows {
-                            ui.label(RichText::new(name).color(palette::WEAK));
-                            ui.label(value);
-                            ui.end_row();
-                        }
-                    });
-            });
+        menu::part(ui, [width * 0.42, 0.0], |ui| {
+            menu::caption(ui, "The gland");
+            let [length, across, height] = sketch.size_mm;
+            let blood = match exercise.models.water.as_ref().map(|water| water.bleeding.is_some()) {
+                Some(true) => "water, blood",
+                Some(false) => "water",
+                None => "dry",
+            };
+            let rows = [
+                ("Case", loaded.case.name.clone()),
+                ("Volume", format!("{:.0} ml", sketch.volume_ml)),
+                ("Adenoma", format!("{:.0} ml", sketch.adenoma_ml)),
+                ("Marked", format!("{:.1} ml", sketch.marked_ml)),
+                ("Size", format!("{length:.0} × {across:.0} × {height:.0} mm")),
+                ("Time", clock(exercise.limits.time_s)),
+                ("Scene", blood.into()),
+            ];
+            egui::Grid::new("gland")
+                .num_columns(2)
+                .spacing([18.0, 3.0])
+                .show(ui, |ui| {
+                    for (name, value) in rows {
+                        ui.label(RichText::new(name).color(palette::WEAK));
+                        ui.label(value);
+                        ui.end_row();
+                    }
+                });
         });
         ui.vertical(|ui| {
             menu::caption(ui, "Your runs");

@@ -26,8 +26,11 @@ use crate::view::{OutsideCamera, ViewSystems};
 const TURN_PER_PIXEL_DEG: f32 = 0.35;
 /// As above.
 const TURN_PER_S_DEG: f32 = 60.0;
-/// Degrees that the gland behind the title turns in a second.
-const TITLE_TURN_PER_S_DEG: f32 = 9.0;
+/// The gland behind the title swings this far to either side, degrees, in as many seconds there and back: its section stays in
+/// view.
+const TITLE_SWING_DEG: f32 = 50.0;
+/// As above.
+const TITLE_SWING_S: f32 = 40.0;
 /// Steps that the gland behind the title is given to take its shape.
 const TITLE_STEPS: u32 = 4;
 
@@ -364,8 +367,13 @@ fn turn_outside(
     mut cameras: Query<&mut OutsideCamera>,
 ) {
     if flow.phase == Phase::Title {
+        let turns = time.elapsed_secs_wrapped() / TITLE_SWING_S;
+        let from_left = OutsideCamera::default();
         for mut camera in &mut cameras {
-            camera.turn(TITLE_TURN_PER_S_DEG * time.delta_secs(), 0.0);
+            *camera = OutsideCamera {
+                round_deg: from_left.round_deg + TITLE_SWING_DEG * (turns * std::f32::consts::TAU).sin(),
+                ..from_left
+            };
         }
         return;
     }

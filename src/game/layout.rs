@@ -21,6 +21,9 @@ const SMALLEST: u32 = 16;
 /// Share of the width that the endoscope gets beside the outside view, at most.
 const ENDOSCOPE_SHARE: f32 = 0.62;
 
+/// Where the gland of the title begins, as a share of the width; its words stand at the left.
+pub const TITLE_VIEW_FROM: f32 = 0.25;
+
 pub fn plugin(app: &mut App) {
     app.init_resource::<ViewLayout>()
         .add_systems(Startup, add_cameras)
@@ -137,7 +140,10 @@ fn arrange(
         return;
     }
     let [endoscope, outside] = match flow.phase {
-        Phase::Title => ViewLayout::Outside.places(area),
+        Phase::Title => {
+            let left = (area.x as f32 * TITLE_VIEW_FROM) as u32;
+            [None, Some(URect::from_corners(UVec2::new(left, 0), area))]
+        }
         // Screens of their own, that cover all.
         Phase::Choosing | Phase::Preparing | Phase::Result => [None, None],
         Phase::Briefing | Phase::Playing | Phase::Paused => layout.places(area),

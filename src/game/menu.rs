@@ -180,30 +180,46 @@ pub fn full_screen(context: &Context, name: &str, ground: Color32, contents: imp
         .layer_id(egui::LayerId::background())
         .max_rect(area.shrink2(egui::vec2(40.0, 28.0)));
     let mut ui = Ui::new(context.clone(), egui::Id::new(name), builder);
-    ui.painter().rect_filled(area, 0.0, ground);
     ui.set_clip_rect(area);
+    ui.painter().rect_filled(area, 0.0, ground);
     contents(&mut ui);
 }
 
 /// A window in the middle of the screen, moved to the left by half of `beside`, points.
 pub fn window(context: &Context, title: &str, width: f32, beside: f32, contents: impl FnOnce(&mut Ui)) {
     let area = context.viewport_rect();
-    egui::Window::new(RichText::new(title).strong().size(18.0))
+    let width = width.min(area.width() - beside - 60.0).max(160.0);
+    let highest = area.height() - 110.0;
+    egui::Window::new(title)
         .id(egui::Id::new(title))
         .anchor(Align2::CENTER_CENTER, [-beside / 2.0, 0.0])
-        .fixed_size([width.min(area.width() - beside - 40.0).max(160.0), 0.0])
+        .fixed_size([width, 0.0])
         .frame(
             egui::Frame::window(&context.global_style())
-                .inner_margin(18)
+                .inner_margin(20)
                 .fill(palette::GROUND),
         )
+        .title_bar(false)
         .collapsible(false)
         .resizable(false)
         .show(context, |ui| {
+            ui.label(RichText::new(title).size(24.0).strong());
+            ui.add_space(4.0);
             egui::ScrollArea::vertical()
-                .max_height(area.height() - 110.0)
+                .max_height(highest)
+                .min_scrolled_height(highest)
                 .show(ui, contents)
         });
+}
+
+/// A part of a screen of this size, points, filled from the top down.
+pub fn part<R>(ui: &mut Ui, size: [f32; 2], contents: impl FnOnce(&mut Ui) -> R) -> R {
+    let layout = egui::Layout::top_down(egui::Align::Min);
+    ui.allocate_ui_with_layout(size.into(), layout, |ui| {
+        ui.set_width(size[0]);
+        contents(ui)
+    })
+    .inner
 }
 
 /// A framed part of a screen.

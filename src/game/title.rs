@@ -10,6 +10,7 @@ use super::{
     catalogue::Catalogue,
     flow::{GameFlow, Phase, Wish},
     history::History,
+    layout::TITLE_VIEW_FROM,
     menu::{self, MenuFocus, MenuSystems},
     palette,
 };
@@ -88,7 +89,7 @@ fn first_with_steps(catalogue: &Catalogue) -> Option<usize> {
 /// Darkens the left side and the lower edge, so that words stand out from whatever turns behind them.
 fn shade(ui: &Ui) {
     let area = ui.ctx().viewport_rect();
-    let (dark, clear) = (palette::GROUND.gamma_multiply(0.96), Color32::TRANSPARENT);
+    let (dark, clear) = (palette::GROUND, Color32::TRANSPARENT);
     let mut mesh = egui::Mesh::default();
     let mut strip = |left: f32, right: f32, from: Color32, to: Color32| {
         let first = mesh.vertices.len() as u32;
@@ -100,7 +101,7 @@ fn shade(ui: &Ui) {
         mesh.add_triangle(first + 1, first + 2, first + 3);
     };
     let at = |share: f32| area.left() + area.width() * share;
-    strip(at(0.0), at(0.24), dark, dark);
-    strip(at(0.24), at(0.62), dark, clear);
+    strip(at(0.0), at(TITLE_VIEW_FROM + 0.01), dark, dark);
+    strip(at(TITLE_VIEW_FROM + 0.01), at(0.62), dark, clear);
     ui.painter().add(egui::Shape::mesh(mesh));
 }

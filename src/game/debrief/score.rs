@@ -17,14 +17,12 @@ const RUNS: usize = 6;
 pub fn show(ui: &mut Ui, active: &ActiveExercise, card: &ScoreCard, history: &History) {
     let width = ui.available_width();
     ui.horizontal_top(|ui| {
-        ui.allocate_ui(egui::vec2(width * 0.66, ui.available_height()), |ui| {
-            ui.vertical(|ui| {
-                lines(ui, card);
-                ui.add_space(6.0);
-                let note = "Points follow the formula that the exercise file states; medals are told beside it and earn no \
+        menu::part(ui, [width * 0.66, ui.available_height()], |ui| {
+            lines(ui, card);
+            ui.add_space(6.0);
+            let note = "Points follow the formula that the exercise file states; medals are told beside it and earn no \
                             points. Point at a line for its formula and where its values come from.";
-                ui.label(RichText::new(note).size(12.5).color(palette::WEAK));
-            });
+            ui.label(RichText::new(note).size(12.5).color(palette::WEAK));
         });
         ui.add_space(14.0);
         ui.vertical(|ui| {
