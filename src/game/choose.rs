@@ -92,7 +92,7 @@ fn list(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, lead: bool, f
                 response.request_focus();
             }
             // The list follows the focus: the arrows choose.
-            if response.gained_focus() && !lead {
+            if response.has_focus() && !lead && index != selected {
                 selected = index;
                 response.scroll_to_me(None);
             }
@@ -173,7 +173,7 @@ fn details(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, flow: &mut
     let loaded = &entry.loaded;
     let exercise = &loaded.exercise;
     let width = ui.available_width();
-    sketch.show(ui, egui::vec2(width, 236.0));
+    sketch.show(ui, egui::vec2(width, 270.0));
     legend(ui);
     ui.add_space(2.0);
     ui.label(RichText::new(&exercise.title).size(26.0).strong());

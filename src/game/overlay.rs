@@ -152,14 +152,14 @@ fn windows(
     let lead = focus.lead;
     let beside = if flow.phase.shows_exercise() { PANEL_WIDTH } else { 0.0 };
     if flow.help {
-        menu::window(context, "Help", 640.0, beside, |ui| {
+        menu::window(context, "Help", 760.0, beside, |ui| {
             help(ui, &bindings, lead, &mut flow)
         });
         return Ok(());
     }
     let Some(active) = active else { return Ok(()) };
     match flow.phase {
-        Phase::Briefing => menu::window(context, &active.exercise.title, 660.0, beside, |ui| {
+        Phase::Briefing => menu::window(context, &active.exercise.title, 760.0, beside, |ui| {
             briefing(ui, &active, &card, &bindings, lead, &mut flow);
         }),
         Phase::Paused => menu::window(context, "Pause", 300.0, beside, |ui| pause(ui, lead, &mut flow)),
@@ -190,38 +190,35 @@ fn briefing(
     let exercise = &active.exercise;
     ui.label(RichText::new(&exercise.briefing).size(15.5));
     ui.add_space(8.0);
-    ui.columns(2, |columns| {
-        let ui = &mut columns[0];
-        menu::caption(ui, "Goals");
-        for goal in &card.goals {
-            ui.label(format!("• {}", goal.goal));
-        }
-        ui.label(format!("• within {} min", clock(exercise.limits.time_s)));
-        ui.add_space(6.0);
-        menu::caption(ui, "To look at");
-        ui.label("Marked tissue is dyed blue. The notch on the rim of the picture is 12 o'clock (anterior).");
-        let ui = &mut columns[1];
-        menu::caption(ui, "What counts");
-        egui::Grid::new("counts")
-            .num_columns(2)
-            .spacing([16.0, 3.0])
-            .show(ui, |ui| {
-                for line in &card.lines {
-                    ui.label(line.title).on_hover_text(&line.formula);
-                    ui.label(RichText::new(format!("{:.0}", line.out_of)).color(palette::ACCENT));
-                    ui.end_row();
-                }
-            });
+    let half = ui.available_width() / 2.0 - 10.0;
+    ui.horizontal_top(|ui| {
+        menu::part(ui, [half, 0.0], |ui| {
+            menu::caption(ui, "Goals");
+            for goal in &card.goals {
+                ui.label(format!("• {}", goal.goal));
+            }
+            ui.label(format!("• within {} min", clock(exercise.limits.time_s)));
+            ui.add_space(4.0);
+            menu::caption(ui, "To look at");
+            ui.label("Marked tissue is dyed blue. The notch on the rim of the picture is 12 o'clock (anterior).");
+        });
+        menu::part(ui, [half, 0.0], |ui| {
+            menu::caption(ui, "What counts, points");
+            egui::Grid::new("counts")
+                .num_columns(2)
+                .spacing([16.0, 3.0])
+                .show(ui, |ui| {
+                    for line in &card.lines {
+                        ui.label(line.title).on_hover_text(&line.formula);
+                        ui.label(RichText::new(format!("{:.0}", line.out_of)).color(palette::ACCENT));
+                        ui.end_row();
+                    }
+                });
+        });
     });
     ui.separator();
     menu::caption(ui, "Controls");
-    let rows = bindings.help();
-    let (left, right) = rows.split_at(rows.len().div_ceil(2));
-    ui.columns(2, |columns| {
-        for (ui, (name, rows)) in columns.iter_mut().zip([("controls", left), ("more controls", right)]) {
-            table(ui, name, rows);
-        }
-    });
+    in_halves(ui, &bindings.help());
     ui.add_space(8.0);
     ui.horizontal(|ui| {
         menu::wish(ui, "Begin (Enter)", Wish::Play, lead, flow);
@@ -237,18 +234,23 @@ fn help(ui: &mut Ui, bindings: &InstrumentBindings, lead: bool, flow: &mut GameF
     );
     ui.separator();
     menu::caption(ui, "Instrument");
-    let rows = bindings.help();
-    let (left, right) = rows.split_at(rows.len().div_ceil(2));
-    ui.columns(2, |columns| {
-        for (ui, (name, rows)) in columns.iter_mut().zip([("keys", left), ("more keys", right)]) {
-            table(ui, name, rows);
-        }
-    });
+    in_halves(ui, &bindings.help());
     ui.separator();
     menu::caption(ui, "Game");
     table(ui, "game keys", &KEYS.map(|(what, key)| (what, key.to_owned())));
     ui.add_space(6.0);
     menu::wish(ui, "Close (H)", Wish::Help, lead, flow);
+}
+
+/// A long table as two beside each other.
+fn in_halves(ui: &mut Ui, rows: &[(&str, String)]) {
+    let half = ui.available_width() / 2.0 - 10.0;
+    let (left, right) = rows.split_at(rows.len().div_ceil(2));
+    ui.horizontal_top(|ui| {
+        for (name, rows) in [("left half", left), ("right half", right)] {
+            menu::part(ui, [half, 0.0], |ui| table(ui, name, rows));
+        }
+    });
 }
 
 fn table(ui: &mut Ui, name: &str, rows: &[(&str, String)]) {
