@@ -55,7 +55,10 @@ fn show(
         .frame(frame)
         .show(&mut root, |ui| {
             egui::ScrollArea::vertical().show(ui, |ui| {
-                ui.spacing_mut().item_spacing.y = 5.0;
+                ui.spacing_mut().item_spacing.y = 4.0;
+                for text in [egui::TextStyle::Body, egui::TextStyle::Button] {
+                    ui.style_mut().text_styles.insert(text, egui::FontId::proportional(13.0));
+                }
                 ui.label(RichText::new(&active.exercise.title).size(20.0).strong());
                 goals(ui, &card);
                 ui.separator();
@@ -214,8 +217,11 @@ fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {
     let plain = palette::WEAK;
     let rate = if pace.frame_s > 0.0 { 1.0 / pace.frame_s } else { 0.0 };
     let rows = [
-        ("Nodes", diagnostics.nodes.to_string(), plain),
-        ("Volume elements", diagnostics.pentahedra.to_string(), plain),
+        (
+            "Nodes, elements",
+            format!("{}, {}", diagnostics.nodes, diagnostics.pentahedra),
+            plain,
+        ),
         (
             "Step of 16.7 ms takes",
             format!("{:.1} ms", diagnostics.step().as_secs_f64() * 1e3),
@@ -237,7 +243,7 @@ fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {
     table(ui, "simulation", rows);
     if pace.is_slow() {
         ui.label(
-            RichText::new("Slower than real time: this machine cannot keep up.")
+            RichText::new("Slower than real time: this machine is too slow.")
                 .small()
                 .color(CAREFUL),
         );
