@@ -297,6 +297,10 @@ fn carry_out(
                 *state = RunState::Briefing;
                 flow.phase = Phase::Choosing;
             }
+            // What was wished for before the run ended must not lead back into it.
+            Wish::Play if !matches!(flow.phase, Phase::Briefing | Phase::Paused) => {}
+            Wish::Pause if flow.phase != Phase::Playing => {}
+            Wish::End if flow.phase != Phase::Paused => {}
             Wish::Play => {
                 flow.phase = Phase::Playing;
                 flow.help = false;

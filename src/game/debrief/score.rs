@@ -50,7 +50,7 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
     egui::Grid::new("lines")
         .num_columns(5)
         .striped(true)
-        .spacing([20.0, 9.0])
+        .spacing([20.0, 15.0])
         .show(ui, |ui| {
             for title in ["", "Value", "Bronze, silver, gold", "", "Points"] {
                 ui.label(RichText::new(title).size(13.0).color(palette::WEAK));
@@ -61,13 +61,13 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
                 if let Some(pars) = &line.pars {
                     basis.push_str(&format!("\nBronze, silver, gold: {}", pars.basis));
                 }
-                ui.label(RichText::new(line.title).size(16.0)).on_hover_text(basis);
-                ui.label(RichText::new(value(line, line.value)).size(16.0));
+                ui.label(RichText::new(line.title).size(17.0)).on_hover_text(basis);
+                ui.label(RichText::new(value(line, line.value)).size(17.0));
                 pars(ui, line);
                 bar(ui, line);
                 ui.label(
                     RichText::new(format!("{:.1} of {:.0}", line.points, line.out_of))
-                        .size(16.0)
+                        .size(17.0)
                         .strong(),
                 );
                 ui.end_row();
