@@ -342,9 +342,10 @@ fn carry_out(
         pace.forget();
     }
     flow.turning = buttons.pressed(MouseButton::Middle);
-    // A click that began the game is still held: it must not cut before it was let go once.
+    // A click or key that began the game is still held: it must do nothing else before it was let go once.
     let holds_over = !live.captured
-        && (buttons.any_pressed([MouseButton::Left, MouseButton::Right]) || keys.pressed(KeyCode::Enter));
+        && (buttons.any_pressed([MouseButton::Left, MouseButton::Right])
+            || keys.any_pressed([KeyCode::Enter, KeyCode::NumpadEnter, KeyCode::Space]));
     let captured = is_live && !flow.turning && !holds_over;
     if live.captured != captured {
         live.captured = captured;

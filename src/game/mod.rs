@@ -13,6 +13,7 @@
 //! | what a run came to: score, plots, map, advice | `debrief/` |
 //! | colours | `palette.rs` |
 //! | sizes, buttons, the keyboard's focus | `menu.rs` |
+//! | pictures of key moments | `moments.rs` |
 //! | how fast it runs | `pace.rs` |
 
 mod catalogue;
@@ -23,6 +24,7 @@ mod flow;
 mod history;
 mod layout;
 mod menu;
+mod moments;
 mod overlay;
 mod pace;
 mod palette;
@@ -120,6 +122,7 @@ pub fn run(options: GameOptions) -> Result<(), GameError> {
             title::plugin,
             choose::plugin,
             tutorial::plugin,
+            moments::plugin,
             debrief::plugin,
         ),
     ));

@@ -57,7 +57,9 @@ fn show(
             egui::ScrollArea::vertical().show(ui, |ui| {
                 ui.spacing_mut().item_spacing.y = 4.0;
                 for text in [egui::TextStyle::Body, egui::TextStyle::Button] {
-                    ui.style_mut().text_styles.insert(text, egui::FontId::proportional(13.0));
+                    ui.style_mut()
+                        .text_styles
+                        .insert(text, egui::FontId::proportional(13.0));
                 }
                 ui.label(RichText::new(&active.exercise.title).size(20.0).strong());
                 goals(ui, &card);

@@ -28,6 +28,8 @@ pub struct CutMap {
 pub struct CutCell {
     /// What it held, mm³.
     pub whole_mm3: f64,
+    /// Of it, by zone, indexed by [`Zone::index`].
+    pub whole_by_zone_mm3: [f64; Zone::COUNT],
     /// What is gone, mm³.
     pub removed_mm3: f64,
     /// Of it, by zone, indexed by [`Zone::index`].
@@ -40,6 +42,14 @@ pub struct CutCell {
     pub depth_mm: Option<f64>,
     /// The least distance to the capsule of the centroid of an element that lost half or more, mm; 0 where capsule is gone.
     pub capsule_mm: Option<f64>,
+}
+
+impl CutCell {
+    /// The zone that holds most of it at rest; none for a cell without tissue.
+    pub fn zone(&self) -> Option<Zone> {
+        let volume = |zone: &Zone| self.whole_by_zone_mm3[zone.index()];
+        (Zone::ALL.into_iter().filter(|zone| volume(zone) > 0.0)).max_by(|a, b| volume(a).total_cmp(&volume(b)))
+    }
 }
 
 impl CutMap {
@@ -63,9 +73,11 @@ impl CutMap {
             let removed_mm3 = whole_mm3 * lost;
             let cell = map.cell_of(place.z, walls.hour(place));
             let cell = &mut map.cells[cell];
+            let zone = tissue.pentahedron_zone(pentahedron).index();
             cell.whole_mm3 += whole_mm3;
+            cell.whole_by_zone_mm3[zone] += whole_mm3;
             cell.removed_mm3 += removed_mm3;
-            cell.removed_by_zone_mm3[tissue.pentahedron_zone(pentahedron).index()] += removed_mm3;
+            cell.removed_by_zone_mm3[zone] += removed_mm3;
             if marked.contains(pentahedron) {
                 cell.marked_mm3 += whole_mm3;
                 cell.marked_removed_mm3 += removed_mm3;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use resecta_anatomy::Zone;
 use resecta_scenario::{CutMap, Library, PreparedExercise};
 
 fn prepared() -> PreparedExercise {
@@ -32,6 +33,8 @@ fn the_cells_hold_the_gland_and_lose_what_it_lost_however_fine_they_are() {
             "{} {removed}",
             map.removed_mm3()
         );
+        let whole_by_zone: f64 = map.cells.iter().flat_map(|cell| cell.whole_by_zone_mm3).sum();
+        assert!((whole_by_zone / whole - 1.0).abs() < 1e-9);
         assert!((by_zone / removed - 1.0).abs() < 1e-9);
         assert!((whole / prepared.tissue.initial_volume_mm3() - 1.0).abs() < 1e-9);
         assert!(
@@ -66,6 +69,10 @@ fn the_marked_part_lies_where_its_exercise_says() {
             // 5 to 7 o'clock, at most 12 mm deep, off the capsule.
             let is_inside = (10..14).contains(&column);
             assert!(is_inside || cell.removed_mm3 == 0.0, "{row} {column}");
+            assert!(
+                cell.removed_mm3 == 0.0 || cell.zone() != Some(Zone::LateralLobe),
+                "{row} {column}"
+            );
             assert!(cell.depth_mm.is_none_or(|depth| depth < 12.0));
             assert!(cell.capsule_mm.is_none_or(|distance| distance > 0.0));
         }

@@ -11,6 +11,19 @@ const NEAR_CAPSULE_MM: f64 = 2.0;
 /// Less than this in a cell is not shown, mm³: what a touch of the loop shaves off.
 const SHOWN_MM3: f64 = 0.5;
 
+/// Ground of a cell with something marked in it.
+const MARKED: Color32 = Color32::from_rgb(6, 46, 74);
+
+/// Ground of a cell whose tissue is mostly of this zone.
+fn zone_ground(zone: Zone) -> Color32 {
+    match zone {
+        Zone::MiddleLobe => Color32::from_rgb(92, 70, 50),
+        Zone::LateralLobe => Color32::from_rgb(62, 48, 36),
+        Zone::Peripheral => Color32::from_rgb(44, 26, 26),
+        Zone::Other => palette::CARD,
+    }
+}
+
 /// Shows the page.
 pub fn show(ui: &mut Ui, active: &ActiveExercise, map: &CutMap) {
     let deepest = (map.cells.iter().filter_map(|cell| cell.depth_mm)).fold(5.0, f64::max);
@@ -44,9 +57,9 @@ fn draw(ui: &mut Ui, active: &ActiveExercise, map: &CutMap, deepest: f64, size: 
                 continue;
             }
             let ground = if cell.marked_mm3 > 0.0 {
-                palette::MARK.gamma_multiply(0.32)
+                MARKED
             } else {
-                palette::CARD
+                cell.zone().map_or(palette::CARD, zone_ground)
             };
             let here = cell_area(row, column);
             painter.rect_filled(here.shrink(0.5), 1.0, ground);
@@ -73,11 +86,14 @@ fn sign(painter: &egui::Painter, area: Rect, cell: &CutCell) {
     let Some(distance) = cell.capsule_mm else { return };
     let inner = area.shrink(2.0);
     if distance <= 0.0 {
-        let stroke = Stroke::new(2.0, palette::BAD);
-        painter.line_segment([inner.left_top(), inner.right_bottom()], stroke);
-        painter.line_segment([inner.right_top(), inner.left_bottom()], stroke);
+        // On a dark line, so that it stands out from any depth's colour.
+        for stroke in [Stroke::new(4.0, palette::GROUND), Stroke::new(2.0, palette::BAD)] {
+            painter.line_segment([inner.left_top(), inner.right_bottom()], stroke);
+            painter.line_segment([inner.right_top(), inner.left_bottom()], stroke);
+        }
     } else if distance < NEAR_CAPSULE_MM {
-        painter.rect_stroke(inner, 0.0, Stroke::new(1.5, palette::BAD), StrokeKind::Inside);
+        painter.rect_stroke(inner, 0.0, Stroke::new(3.5, palette::GROUND), StrokeKind::Inside);
+        painter.rect_stroke(inner, 0.0, Stroke::new(2.0, palette::BAD), StrokeKind::Inside);
     }
 }
 
@@ -148,6 +164,7 @@ fn axes(painter: &egui::Painter, area: Rect, active: &ActiveExercise, map: &CutM
 
 /// Legend, totals, and the cell under the pointer.
 fn side(ui: &mut Ui, map: &CutMap, deepest: f64, hovered: Option<(usize, usize)>) {
+    ui.spacing_mut().item_spacing.y = 3.0;
     menu::caption(ui, "Depth below the urethra");
     let (area, _) = ui.allocate_exact_size(egui::vec2(ui.available_width().min(260.0), 16.0), Sense::hover());
     let parts = 40;
@@ -190,12 +207,19 @@ fn side(ui: &mut Ui, map: &CutMap, deepest: f64, hovered: Option<(usize, usize)>
             ui.label(words);
         });
     }
-    ui.horizontal(|ui| {
-        let (area, _) = ui.allocate_exact_size(egui::vec2(18.0, 18.0), Sense::hover());
-        ui.painter().rect_filled(area, 1.0, palette::MARK.gamma_multiply(0.32));
-        ui.label("marked, still there");
-    });
-    ui.add_space(10.0);
+    for (words, colour) in [
+        ("marked, still there", MARKED),
+        ("mostly middle lobe", zone_ground(Zone::MiddleLobe)),
+        ("mostly lateral lobe", zone_ground(Zone::LateralLobe)),
+        ("mostly peripheral zone", zone_ground(Zone::Peripheral)),
+    ] {
+        ui.horizontal(|ui| {
+            let (area, _) = ui.allocate_exact_size(egui::vec2(18.0, 18.0), Sense::hover());
+            ui.painter().rect_filled(area, 1.0, colour);
+            ui.label(words);
+        });
+    }
+    ui.add_space(5.0);
     menu::caption(ui, "Removed");
     let by_zone = |zone: Zone| -> f64 {
         map.cells
@@ -223,7 +247,7 @@ fn side(ui: &mut Ui, map: &CutMap, deepest: f64, hovered: Option<(usize, usize)>
         ),
     ];
     grid(ui, "removed", &rows);
-    ui.add_space(10.0);
+    ui.add_space(5.0);
     menu::caption(ui, "Under the pointer");
     let cell = hovered.and_then(|(row, column)| Some((row, column, map.cell(row, column)?)));
     let Some((row, column, cell)) = cell else {

@@ -16,6 +16,7 @@ use super::{
     flow::{GameFlow, Phase, Wish},
     history::History,
     menu::{self, MenuFocus, MenuSystems},
+    moments::Moments,
     palette,
     panel::clock,
 };
@@ -83,7 +84,7 @@ fn show(
     state: Res<RunState>,
     card: Res<ScoreCard>,
     metrics: Res<Metrics>,
-    (log, history, focus): (Res<RunLog>, Res<History>, Res<MenuFocus>),
+    (log, history, focus, moments): (Res<RunLog>, Res<History>, Res<MenuFocus>, Res<Moments>),
     mut debriefing: ResMut<Debriefing>,
     mut flow: ResMut<GameFlow>,
 ) -> Result {
@@ -116,7 +117,7 @@ fn show(
         });
         ui.separator();
         match debriefing.page {
-            Page::Score => score::show(ui, &active, &card, &history),
+            Page::Score => score::show(ui, &active, &card, &history, &moments),
             Page::Course => plots::show(ui, &active, &log),
             Page::Map => {
                 if let Some(map) = &debriefing.map {

@@ -109,6 +109,7 @@ fn plot(ui: &mut Ui, curve: &Curve, log: &RunLog, touches: &[f64], height: f32) 
         .include_x(0.0)
         .include_y(0.0)
         .include_y(curve.up_to)
+        .set_margin_fraction(egui::vec2(0.0, 0.06))
         .y_axis_min_width(34.0)
         .show(ui, |plot| {
             for time_s in touches {

@@ -1,10 +1,10 @@
-//! The score line by line against its pars, and what to do better.
+//! The score line by line against its pars, views at key moments, and what to do better.
 
 use bevy_egui::egui::{self, RichText, Sense, Stroke, Ui};
 use resecta_scenario::{ActiveExercise, Medal, ScoreCard, ScoreLine, advice};
 
 use super::{
-    super::{history::History, menu, palette},
+    super::{history::History, menu, moments::Moments, palette},
     clock,
 };
 
@@ -14,7 +14,7 @@ const SENTENCES: usize = 3;
 const RUNS: usize = 6;
 
 /// Shows the page.
-pub fn show(ui: &mut Ui, active: &ActiveExercise, card: &ScoreCard, history: &History) {
+pub fn show(ui: &mut Ui, active: &ActiveExercise, card: &ScoreCard, history: &History, moments: &Moments) {
     let width = ui.available_width();
     ui.horizontal_top(|ui| {
         menu::part(ui, [width * 0.66, ui.available_height()], |ui| {
@@ -23,6 +23,7 @@ pub fn show(ui: &mut Ui, active: &ActiveExercise, card: &ScoreCard, history: &Hi
             let note = "Points follow the formula that the exercise file states; medals are told beside it and earn no \
                             points. Point at a line for its formula and where its values come from.";
             ui.label(RichText::new(note).size(12.5).color(palette::WEAK));
+            views(ui, moments);
         });
         ui.add_space(14.0);
         ui.vertical(|ui| {
@@ -138,6 +139,26 @@ fn bar(ui: &mut Ui, line: &ScoreLine) {
     filled.set_width(area.width() * share.clamp(0.0, 1.0) as f32);
     ui.painter().rect_filled(area, 6.0, palette::BUTTON);
     ui.painter().rect_filled(filled, 6.0, palette::ACCENT);
+}
+
+/// Pictures of key moments, as large as there is room for.
+fn views(ui: &mut Ui, moments: &Moments) {
+    if moments.kept().next().is_none() {
+        return;
+    }
+    ui.add_space(6.0);
+    let side = (ui.available_height() - 26.0)
+        .min(ui.available_width() / 3.0 - 12.0)
+        .max(80.0);
+    ui.horizontal_top(|ui| {
+        for kept in moments.kept() {
+            ui.vertical(|ui| {
+                let words = format!("{}, {}", clock(kept.time_s), kept.words);
+                ui.label(RichText::new(words).size(12.5).color(palette::WEAK));
+                ui.image((kept.texture, egui::vec2(side, side)));
+            });
+        }
+    });
 }
 
 /// This run beside the player's own.
