@@ -17,7 +17,7 @@ const YELLOW: Color32 = Color32::from_rgb(240, 228, 66);
 /// Blue.
 const BLUE: Color32 = Color32::from_rgb(0, 114, 178);
 /// Vermillion, a little lighter than theirs.
-const VERMILLION: Color32 = Color32::from_rgb(232, 106, 30);
+const VERMILLION: Color32 = Color32::from_rgb(243, 128, 60);
 /// Reddish purple.
 const PURPLE: Color32 = Color32::from_rgb(204, 121, 167);
 

@@ -126,7 +126,7 @@ impl ScoreRule {
             unit: info.unit,
             value: value(self.metric),
             medal: (self.pars.as_ref())
-                .filter(|_| self.counts(&value))
+                .filter(|_| self.counts(value))
                 .and_then(|pars| pars.medal(value(self.metric))),
             points: self.points_for(value),
             out_of: self.points,
