@@ -95,6 +95,8 @@ fn watch(
             textures.remove_image(&kept.image);
         }
     }
+    // In an exercise with steps their card lies over the view.
+    let active = active.filter(|active| active.exercise.steps.is_empty());
     let (Phase::Playing, Some(active)) = (flow.phase, active) else {
         resections.clear();
         return;
