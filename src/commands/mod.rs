@@ -38,7 +38,7 @@ pub struct Cli {
 /// What the game is opened with.
 #[derive(Args)]
 struct Game {
-    /// Exercise to open the game with: a shipped one or the path of a *.exercise.ron file [default: first_cuts]
+    /// Exercise whose briefing to open: a shipped one or the path of a *.exercise.ron file [default: the title]
     #[arg(long)]
     exercise: Option<String>,
 }
@@ -72,11 +72,9 @@ impl Cli {
 
 impl Game {
     fn run(self) -> Result<(), Failure> {
-        let options = match self.exercise {
-            Some(exercise) => GameOptions { exercise },
-            None => GameOptions::default(),
-        };
-        Ok(game::run(options)?)
+        Ok(game::run(GameOptions {
+            exercise: self.exercise,
+        })?)
     }
 }
 

@@ -1,17 +1,22 @@
-//! Briefing, play, pause, result, and what leads from one to the other. Time and instrument run only during play, but for
-//! the briefing, in which the gland settles around the sheath.
+//! Title, choice, briefing, play, pause, debriefing, and what leads from one to the other. Time and instrument run only during
+//! play, but for the briefing, in which the gland settles around the sheath, and a moment at the title.
 
 use bevy::{
     input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll},
     prelude::*,
+    tasks::{AsyncComputeTaskPool, Task, block_on, poll_once},
     window::{CursorGrabMode, CursorOptions, PrimaryWindow, WindowFocused},
 };
 use resecta_instrument::{InstrumentSource, LiveInput};
-use resecta_scenario::{EndReason, PreparedExercise, RunState, spawn_exercise};
+use resecta_scenario::{
+    ActiveExercise, EndReason, ExerciseError, LoadedExercise, MetricId, Metrics, PreparedExercise, RunState, ScoreCard,
+    spawn_exercise,
+};
 use resecta_tissue::TissueSettings;
 
 use super::{
-    Loaded,
+    catalogue::Catalogue,
+    history::{History, PastRun},
     layout::ViewLayout,
     pace::Pace,
     settings::{self, SettingsPage},
@@ -22,6 +27,13 @@ use crate::view::{OutsideCamera, ViewSystems};
 const TURN_PER_PIXEL_DEG: f32 = 0.35;
 /// As above.
 const TURN_PER_S_DEG: f32 = 60.0;
+/// The gland behind the title swings this far to either side, degrees, in as many seconds there and back: its section stays in
+/// view.
+const TITLE_SWING_DEG: f32 = 50.0;
+/// As above.
+const TITLE_SWING_S: f32 = 40.0;
+/// Steps that the gland behind the title is given to take its shape.
+const TITLE_STEPS: u32 = 4;
 
 pub fn plugin(app: &mut App) {
     app.init_resource::<GameFlow>()
@@ -31,6 +43,7 @@ pub fn plugin(app: &mut App) {
                 read_keys.run_if(settings::is_closed),
                 settings::keys,
                 pause_without_focus,
+                take_prepared,
                 notice_end,
                 carry_out,
             )
@@ -46,8 +59,14 @@ pub fn plugin(app: &mut App) {
 /// Where the player is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Phase {
-    /// Reading what is to be done.
+    /// At the door.
     #[default]
+    Title,
+    /// Looking for an exercise.
+    Choosing,
+    /// Waiting for the gland to be built.
+    Preparing,
+    /// Reading what is to be done.
     Briefing,
     /// At the instrument.
     Playing,
@@ -57,9 +76,22 @@ pub enum Phase {
     Result,
 }
 
+impl Phase {
+    /// Whether an exercise is shown, in its views and beside its panel.
+    pub fn shows_exercise(self) -> bool {
+        matches!(self, Phase::Briefing | Phase::Playing | Phase::Paused)
+    }
+}
+
 /// Something the player asked for, by key or button.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wish {
+    /// To the title.
+    Title,
+    /// To the exercises.
+    Choose,
+    /// The briefing of the exercise that is looked at in the catalogue.
+    Open,
     /// Begin, or go on.
     Play,
     /// Stop for a moment.
@@ -87,12 +119,25 @@ pub struct GameFlow {
     pub help: bool,
     /// Whether the mouse turns the outside view in place of the instrument.
     pub turning: bool,
-    /// Why the exercise could not be started again.
+    /// Why the exercise could not be started.
     pub trouble: Option<String>,
+    /// The exercise in play as it was loaded, to start it again from.
+    loaded: Option<LoadedExercise>,
+    /// Steps that the gland behind the title has had.
+    title_steps: u32,
     wishes: Vec<Wish>,
 }
 
 impl GameFlow {
+    /// At the briefing of this exercise.
+    pub fn at_briefing(loaded: LoadedExercise) -> Self {
+        Self {
+            phase: Phase::Briefing,
+            loaded: Some(loaded),
+            ..default()
+        }
+    }
+
     /// Asks for something; it is done in the next frame.
     pub fn wish(&mut self, wish: Wish) {
         self.wishes.push(wish);
@@ -109,6 +154,20 @@ impl GameFlow {
     }
 }
 
+/// A gland that is being built on another thread.
+#[derive(Resource)]
+pub struct Preparing {
+    task: Task<Result<PreparedExercise, ExerciseError>>,
+}
+
+impl Preparing {
+    /// Begins to build.
+    pub fn begin(loaded: LoadedExercise) -> Self {
+        let task = AsyncComputeTaskPool::get().spawn(async move { loaded.prepare() });
+        Self { task }
+    }
+}
+
 /// Puts the exercise into the world, with keyboard and mouse at the instrument.
 pub fn begin(world: &mut World, prepared: PreparedExercise) {
     let active = spawn_exercise(world, prepared);
@@ -116,51 +175,62 @@ pub fn begin(world: &mut World, prepared: PreparedExercise) {
     if let Some(mut settings) = world.get_mut::<TissueSettings>(active.tissue) {
         settings.watch_error_every = STEPS_A_WATCH;
     }
+    // The title turns the camera.
+    for mut camera in world.query::<&mut OutsideCamera>().iter_mut(world) {
+        *camera = default();
+    }
 }
 
 /// The panel shows an error of the step that is never older than this many steps, 2 s: some five steps' work in 120.
 const STEPS_A_WATCH: u32 = 120;
 
 /// The keys of the game. None of them is among the instrument's bindings.
-pub const KEYS: [(&str, &str); 9] = [
-    ("Begin, go on", "Enter, Pad Start"),
-    ("Pause", "Esc, P, Pad Start"),
+pub const KEYS: [(&str, &str); 10] = [
+    ("Press a button, choose", "Enter, Pad Start"),
+    ("To another button", "Arrows, Tab"),
+    ("Pause; in menus, back", "Esc, Pad Start"),
     ("Restart (in a pause)", "R"),
     ("Endoscope, outside, both", "Tab, Pad Back"),
     ("Turn the outside view", "Middle mouse button, or J L I K"),
     ("Zoom the outside view", "Middle mouse button and wheel, or U O"),
     ("Settings", "F2"),
     ("This help", "H or F1"),
-    ("Quit", "Close the window"),
+    ("Quit", "In a pause, or close the window"),
 ];
 
 fn read_keys(keys: Res<ButtonInput<KeyCode>>, mut flow: ResMut<GameFlow>) {
     let phase = flow.phase;
     let any = |codes: &[KeyCode]| keys.any_just_pressed(codes.iter().copied());
-    if any(&[KeyCode::KeyH, KeyCode::F1]) || (flow.help && any(&[KeyCode::Escape, KeyCode::Enter])) {
+    let is_help = any(&[KeyCode::KeyH, KeyCode::F1]) && phase != Phase::Preparing;
+    if is_help || (flow.help && any(&[KeyCode::Escape])) {
         flow.wish(Wish::Help);
-    } else if any(&[KeyCode::Enter, KeyCode::NumpadEnter]) && phase != Phase::Playing {
-        flow.wish(if phase == Phase::Result {
-            Wish::Restart
-        } else {
-            Wish::Play
-        });
-    } else if any(&[KeyCode::Escape, KeyCode::KeyP]) {
+        return;
+    }
+    if flow.help {
+        return;
+    }
+    // Buttons are pressed by Enter and Space where the focus is: see `menu.rs`.
+    if any(&[KeyCode::Escape]) {
         match phase {
+            Phase::Title | Phase::Preparing => {}
+            Phase::Choosing => flow.wish(Wish::Title),
+            Phase::Briefing | Phase::Result => flow.wish(Wish::Choose),
             Phase::Playing => flow.wish(Wish::Pause),
             Phase::Paused => flow.wish(Wish::Play),
-            Phase::Briefing | Phase::Result => {}
         }
     }
-    if any(&[KeyCode::KeyR]) {
-        // Beside the keys of the instrument: one slip must not cost the run.
-        flow.wish(if phase == Phase::Playing {
-            Wish::Pause
-        } else {
-            Wish::Restart
-        });
+    if any(&[KeyCode::KeyP]) && phase == Phase::Playing {
+        flow.wish(Wish::Pause);
     }
-    if any(&[KeyCode::Tab]) {
+    if any(&[KeyCode::KeyR]) {
+        match phase {
+            // Beside the keys of the instrument: one slip must not cost the run.
+            Phase::Playing => flow.wish(Wish::Pause),
+            Phase::Paused | Phase::Result => flow.wish(Wish::Restart),
+            Phase::Title | Phase::Choosing | Phase::Preparing | Phase::Briefing => {}
+        }
+    }
+    if any(&[KeyCode::Tab]) && phase == Phase::Playing {
         flow.wish(Wish::NextLayout);
     }
 }
@@ -171,10 +241,54 @@ fn pause_without_focus(mut focus: MessageReader<WindowFocused>, mut flow: ResMut
     }
 }
 
-fn notice_end(state: Res<RunState>, mut flow: ResMut<GameFlow>) {
-    if matches!(*state, RunState::Ended(_)) && flow.phase == Phase::Playing {
-        flow.phase = Phase::Result;
+/// Shows the gland that was built meanwhile: at the briefing, or behind the title.
+fn take_prepared(preparing: Option<ResMut<Preparing>>, mut flow: ResMut<GameFlow>, mut commands: Commands) {
+    let Some(mut preparing) = preparing else { return };
+    let Some(prepared) = block_on(poll_once(&mut preparing.task)) else {
+        return;
+    };
+    commands.remove_resource::<Preparing>();
+    let is_asked_for = flow.phase == Phase::Preparing;
+    match prepared {
+        Ok(prepared) => {
+            if is_asked_for {
+                flow.phase = Phase::Briefing;
+            }
+            commands.queue(move |world: &mut World| begin(world, prepared));
+        }
+        Err(error) if is_asked_for => {
+            flow.phase = Phase::Choosing;
+            flow.trouble = Some(error.to_string());
+        }
+        // Nothing behind the title, then; who chooses it will be told why.
+        Err(_) => {}
     }
+}
+
+/// Keeps what a run came to, and goes to the debriefing.
+fn notice_end(
+    state: Res<RunState>,
+    active: Option<Res<ActiveExercise>>,
+    card: Res<ScoreCard>,
+    metrics: Res<Metrics>,
+    mut history: ResMut<History>,
+    mut flow: ResMut<GameFlow>,
+) {
+    let RunState::Ended(reason) = *state else { return };
+    if !matches!(flow.phase, Phase::Playing | Phase::Paused) {
+        return;
+    }
+    flow.phase = Phase::Result;
+    let Some(active) = active.filter(|_| metrics.steps > 0) else {
+        return;
+    };
+    let numbers = [
+        card.total,
+        card.out_of,
+        metrics.elapsed_s(),
+        metrics.value(MetricId::RemovedMass),
+    ];
+    history.add(PastRun::now(&active.name, numbers, reason));
 }
 
 fn carry_out(
@@ -185,14 +299,27 @@ fn carry_out(
     mut pace: ResMut<Pace>,
     mut live: ResMut<LiveInput>,
     mut cursors: Query<&mut CursorOptions, With<PrimaryWindow>>,
+    mut windows: Query<&mut Window, With<PrimaryWindow>>,
     mut exit: MessageWriter<AppExit>,
-    loaded: Res<Loaded>,
-    buttons: Res<ButtonInput<MouseButton>>,
-    keys: Res<ButtonInput<KeyCode>>,
+    mut catalogue: ResMut<Catalogue>,
+    active: Option<Res<ActiveExercise>>,
+    (buttons, keys): (Res<ButtonInput<MouseButton>>, Res<ButtonInput<KeyCode>>),
     mut commands: Commands,
 ) {
     for wish in std::mem::take(&mut flow.wishes) {
         match wish {
+            Wish::Title => flow.phase = Phase::Title,
+            Wish::Choose => {
+                if let Some(active) = &active {
+                    catalogue.select(&active.name);
+                }
+                *state = RunState::Briefing;
+                flow.phase = Phase::Choosing;
+            }
+            // What was wished for before the run ended must not lead back into it.
+            Wish::Play if !matches!(flow.phase, Phase::Briefing | Phase::Paused) => {}
+            Wish::Pause if flow.phase != Phase::Playing => {}
+            Wish::End if flow.phase != Phase::Paused => {}
             Wish::Play => {
                 flow.phase = Phase::Playing;
                 flow.help = false;
@@ -200,28 +327,34 @@ fn carry_out(
             }
             Wish::Pause => flow.phase = Phase::Paused,
             Wish::Help => flow.help = !flow.help,
-            Wish::End => {
-                flow.phase = Phase::Result;
-                *state = RunState::Ended(EndReason::Player);
-            }
+            // The debriefing follows when the end is noticed.
+            Wish::End => *state = RunState::Ended(EndReason::Player),
             Wish::NextLayout => *layout = layout.next(),
             Wish::Settings => page.open = true,
             Wish::Quit => {
                 exit.write(AppExit::Success);
             }
-            Wish::Restart => match loaded.0.clone().prepare() {
-                Ok(prepared) => {
-                    *flow = GameFlow::default();
-                    commands.queue(move |world: &mut World| begin(world, prepared));
+            Wish::Open | Wish::Restart => {
+                if wish == Wish::Open {
+                    let chosen = catalogue.entries.get(catalogue.selected);
+                    flow.loaded = chosen.map(|entry| entry.loaded.clone());
                 }
-                // It could be prepared before; nothing that a player does changes that.
-                Err(error) => flow.trouble = Some(error.to_string()),
-            },
+                if let Some(loaded) = flow.loaded.clone() {
+                    for mut window in &mut windows {
+                        window.title = format!("Resecta: {}", loaded.exercise.title);
+                    }
+                    flow.phase = Phase::Preparing;
+                    flow.trouble = None;
+                    commands.insert_resource(Preparing::begin(loaded));
+                }
+            }
         }
     }
 
     let is_live = flow.is_live() && !page.open;
-    let is_still = page.open || !is_live && flow.phase != Phase::Briefing;
+    let takes_shape = flow.phase == Phase::Title && flow.title_steps < TITLE_STEPS && active.is_some();
+    flow.title_steps += u32::from(takes_shape);
+    let is_still = page.open || !is_live && flow.phase != Phase::Briefing && !takes_shape;
     if is_still && !time.is_paused() {
         time.pause();
     } else if !is_still && time.is_paused() {
@@ -229,9 +362,10 @@ fn carry_out(
         pace.forget();
     }
     flow.turning = buttons.pressed(MouseButton::Middle);
-    // A click that began the game is still held: it must not cut before it was let go once.
+    // A click or key that began the game is still held: it must do nothing else before it was let go once.
     let holds_over = !live.captured
-        && (buttons.any_pressed([MouseButton::Left, MouseButton::Right]) || keys.pressed(KeyCode::Enter));
+        && (buttons.any_pressed([MouseButton::Left, MouseButton::Right])
+            || keys.any_pressed([KeyCode::Enter, KeyCode::NumpadEnter, KeyCode::Space]));
     let captured = is_live && !flow.turning && !holds_over;
     if live.captured != captured {
         live.captured = captured;
@@ -257,6 +391,17 @@ fn turn_outside(
     wheel: Res<AccumulatedMouseScroll>,
     mut cameras: Query<&mut OutsideCamera>,
 ) {
+    if flow.phase == Phase::Title {
+        let turns = time.elapsed_secs_wrapped() / TITLE_SWING_S;
+        let from_left = OutsideCamera::default();
+        for mut camera in &mut cameras {
+            *camera = OutsideCamera {
+                round_deg: from_left.round_deg + TITLE_SWING_DEG * (turns * std::f32::consts::TAU).sin(),
+                ..from_left
+            };
+        }
+        return;
+    }
     let held = |code: KeyCode| if keys.pressed(code) { 1.0 } else { 0.0 };
     let by_keys = Vec2::new(
         held(KeyCode::KeyI) - held(KeyCode::KeyK),

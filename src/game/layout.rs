@@ -9,13 +9,20 @@ use bevy::{
 };
 use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
 
-use super::panel::PANEL_WIDTH;
+use super::{
+    flow::{GameFlow, Phase},
+    menu::UiZoom,
+    panel::PANEL_WIDTH,
+};
 use crate::view::{EndoscopeCamera, OutsideCamera, ViewSystems, endoscope_camera, outside_camera};
 
 /// Smallest side of a view, physical pixels.
 const SMALLEST: u32 = 16;
 /// Share of the width that the endoscope gets beside the outside view, at most.
 const ENDOSCOPE_SHARE: f32 = 0.62;
+
+/// Where the gland of the title begins, as a share of the width; its words stand at the left.
+pub const TITLE_VIEW_FROM: f32 = 0.25;
 
 pub fn plugin(app: &mut App) {
     app.init_resource::<ViewLayout>()
@@ -114,19 +121,33 @@ fn smoothing(adapter: &WgpuAdapterInfo) -> Msaa {
 
 fn arrange(
     layout: Res<ViewLayout>,
+    flow: Res<GameFlow>,
+    zoom: Res<UiZoom>,
     windows: Query<&Window, With<PrimaryWindow>>,
     mut endoscopes: Query<&mut Camera, (With<EndoscopeCamera>, Without<OutsideCamera>)>,
     mut outsides: Query<&mut Camera, With<OutsideCamera>>,
 ) {
     let Ok(window) = windows.single() else { return };
-    let panel = (PANEL_WIDTH * window.scale_factor()) as u32;
+    let panel = if flow.phase.shows_exercise() {
+        (PANEL_WIDTH * zoom.0 * window.scale_factor()) as u32
+    } else {
+        0
+    };
     let size = window.physical_size();
     let area = UVec2::new(size.x.saturating_sub(panel), size.y);
     // A minimised window has no size.
     if area.cmplt(UVec2::splat(SMALLEST * 2)).any() {
         return;
     }
-    let [endoscope, outside] = layout.places(area);
+    let [endoscope, outside] = match flow.phase {
+        Phase::Title => {
+            let left = (area.x as f32 * TITLE_VIEW_FROM) as u32;
+            [None, Some(URect::from_corners(UVec2::new(left, 0), area))]
+        }
+        // Screens of their own, that cover all.
+        Phase::Choosing | Phase::Preparing | Phase::Result => [None, None],
+        Phase::Briefing | Phase::Playing | Phase::Paused => layout.places(area),
+    };
     for mut camera in &mut endoscopes {
         place(&mut camera, endoscope);
     }

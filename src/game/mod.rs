@@ -2,22 +2,40 @@
 //!
 //! | to find | look in |
 //! |---|---|
-//! | briefing, play, pause, result, and the keys between them | `flow.rs` |
+//! | title, choice, briefing, play, pause, debriefing, and the keys between them | `flow.rs` |
+//! | the title | `title.rs` |
+//! | choosing an exercise, and its picture | `choose.rs`, `catalogue.rs`, `sketch.rs` |
+//! | the player's own scores | `history.rs` |
 //! | which view is where in the window | `layout.rs` |
 //! | the panel at the side | `panel.rs` |
-//! | what lies over the views: briefing, help, result, warnings | `overlay.rs` |
+//! | what lies over the views: briefing, pause, help, warnings | `overlay.rs` |
+//! | the present step of a tutorial | `tutorial.rs` |
+//! | what a run came to: score, plots, map, advice | `debrief/` |
+//! | colours | `palette.rs` |
+//! | sizes, buttons, the keyboard's focus | `menu.rs` |
+//! | pictures of key moments | `moments.rs` |
 //! | how fast it runs | `pace.rs` |
 //! | the player's settings, their file and their page | `settings/` |
 //! | what is shown and felt at the end of the instrument's way | `stops.rs` |
 
+mod catalogue;
+mod choose;
+mod debrief;
 mod display;
 mod flow;
+mod history;
 mod layout;
+mod menu;
+mod moments;
 mod overlay;
 mod pace;
+mod palette;
 mod panel;
 mod settings;
+mod sketch;
 mod stops;
+mod title;
+mod tutorial;
 
 use bevy::{
     log::LogPlugin,
@@ -26,7 +44,7 @@ use bevy::{
 };
 use bevy_egui::EguiPlugin;
 use resecta_instrument::LiveInput;
-use resecta_scenario::{ExerciseError, Library, LoadedExercise};
+use resecta_scenario::{ExerciseError, Library, RunLog};
 use thiserror::Error;
 
 use crate::{
@@ -41,19 +59,10 @@ pub use layout::ViewLayout;
 pub use settings::{KeptSettings, Settings, SettingsError, SettingsFile, SettingsPage, SettingsPlugin};
 
 /// What to play.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct GameOptions {
-    /// Name of a shipped exercise or path of an exercise file.
-    pub exercise: String,
-}
-
-impl Default for GameOptions {
-    /// The first exercise.
-    fn default() -> Self {
-        GameOptions {
-            exercise: "first_cuts".into(),
-        }
-    }
+    /// Name of a shipped exercise or path of an exercise file, to open its briefing; none to open the title.
+    pub exercise: Option<String>,
 }
 
 /// Why the game did not open.
@@ -73,10 +82,6 @@ pub enum GameError {
     Exercise(#[from] ExerciseError),
 }
 
-/// The exercise as it was loaded, to start it again from.
-#[derive(Resource, Debug, Clone)]
-struct Loaded(LoadedExercise);
-
 /// Opens the game and returns when its window is closed.
 ///
 /// # Errors
@@ -84,15 +89,21 @@ struct Loaded(LoadedExercise);
 pub fn run(options: GameOptions) -> Result<(), GameError> {
     display::check()?;
     adapter_available()?;
-    let loaded = Library::new(assets::find()?).load(&options.exercise)?;
-    let prepared = loaded.clone().prepare()?;
+    let library = Library::new(assets::find()?);
+    let chosen = options.exercise.map(|name| library.load(&name)).transpose()?;
+    let prepared = chosen.clone().map(|loaded| loaded.prepare()).transpose()?;
+    let mut catalogue = catalogue::Catalogue::of(&library, chosen.clone());
+    let title = match &chosen {
+        Some(loaded) => format!("Resecta: {}", loaded.exercise.title),
+        None => "Resecta".into(),
+    };
 
     let mut app = App::new();
     app.add_plugins((
         DefaultPlugins
             .set(WindowPlugin {
                 primary_window: Some(Window {
-                    title: format!("Resecta: {}", loaded.exercise.title),
+                    title,
                     resolution: WindowResolution::new(1280, 720),
                     present_mode: PresentMode::AutoVsync,
                     ..default()
@@ -106,20 +117,41 @@ pub fn run(options: GameOptions) -> Result<(), GameError> {
         EguiPlugin::default(),
         ResectaPlugins,
         ViewPlugin,
-        flow::plugin,
-        layout::plugin,
-        pace::plugin,
-        panel::plugin,
-        overlay::plugin,
-        stops::plugin,
-        SettingsPlugin {
-            file: SettingsFile::of_user(),
-        },
+        (
+            menu::plugin,
+            flow::plugin,
+            layout::plugin,
+            pace::plugin,
+            panel::plugin,
+            overlay::plugin,
+            title::plugin,
+            choose::plugin,
+            tutorial::plugin,
+            moments::plugin,
+            debrief::plugin,
+            stops::plugin,
+            SettingsPlugin {
+                file: SettingsFile::of_user(),
+            },
+        ),
     ));
-    app.insert_resource(Loaded(loaded));
+    app.init_resource::<RunLog>().insert_resource(history::History::load());
     // Keyboard and mouse are the menu's until play begins.
     app.world_mut().resource_mut::<LiveInput>().captured = false;
-    flow::begin(app.world_mut(), prepared);
+    match (chosen, prepared) {
+        (Some(loaded), Some(prepared)) => {
+            catalogue.select(&loaded.name);
+            app.insert_resource(GameFlow::at_briefing(loaded));
+            flow::begin(app.world_mut(), prepared);
+        }
+        _ => {
+            // Something to turn behind the title.
+            if let Some(entry) = catalogue.entries.first() {
+                app.insert_resource(flow::Preparing::begin(entry.loaded.clone()));
+            }
+        }
+    }
+    app.insert_resource(catalogue);
     app.run();
     Ok(())
 }

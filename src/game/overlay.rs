@@ -1,16 +1,18 @@
-//! What lies over the views: briefing, pause, help and result, the names of landmarks, the state of the current, warnings.
+//! What lies over the views: briefing, pause and help, the names of landmarks, the state of the current, warnings.
 
 use bevy::prelude::*;
 use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
-    egui::{self, Align2, Color32, Context, FontId, RichText, Ui},
+    egui::{self, Align2, Color32, FontId, RichText, Ui},
 };
 use resecta_instrument::{InstrumentBindings, InstrumentState};
-use resecta_scenario::{ActiveExercise, EndReason, MetricId, Metrics, RunState, ScoreCard};
+use resecta_scenario::{ActiveExercise, MetricId, Metrics, ScoreCard};
 
 use super::{
     flow::{GameFlow, KEYS, Phase, Wish},
-    panel::{BAD, CAREFUL, GOOD, PANEL_WIDTH, clock},
+    menu::{self, MenuFocus, MenuSystems, UiZoom},
+    palette,
+    panel::{PANEL_WIDTH, clock},
 };
 use crate::view::{EndoscopeCamera, Landmark, OutsideCamera};
 
@@ -20,7 +22,10 @@ const WARNING_S: f32 = 1.6;
 pub fn plugin(app: &mut App) {
     app.init_resource::<Warnings>()
         .add_systems(Update, watch_capsule)
-        .add_systems(EguiPrimaryContextPass, (over_views, windows).chain());
+        .add_systems(
+            EguiPrimaryContextPass,
+            (over_views, windows).chain().in_set(MenuSystems::Show),
+        );
 }
 
 /// What is to be warned of.
@@ -45,6 +50,7 @@ fn watch_capsule(metrics: Res<Metrics>, time: Res<Time<Real>>, mut warnings: Res
 fn over_views(
     mut contexts: EguiContexts,
     flow: Res<GameFlow>,
+    zoom: Res<UiZoom>,
     warnings: Res<Warnings>,
     active: Option<Res<ActiveExercise>>,
     instruments: Query<&InstrumentState>,
@@ -52,23 +58,27 @@ fn over_views(
     outsides: Query<(&Camera, &GlobalTransform), With<OutsideCamera>>,
     landmarks: Query<(&Landmark, &GlobalTransform)>,
 ) -> Result {
-    let Some(active) = active else { return Ok(()) };
+    let Some(active) = active.filter(|_| flow.phase.shows_exercise()) else {
+        return Ok(());
+    };
     let context = contexts.ctx_mut()?;
+    // Cameras reckon in the window's logical pixels.
+    let point = 1.0 / zoom.0;
     let painter = context.layer_painter(egui::LayerId::background());
     for (camera, eye) in outsides.iter().filter(|(camera, _)| camera.is_active) {
         let Some(area) = camera.logical_viewport_rect() else {
             continue;
         };
         for (landmark, place) in &landmarks {
-            let Ok(point) = camera.world_to_viewport(eye, place.translation()) else {
+            let Ok(at) = camera.world_to_viewport(eye, place.translation()) else {
                 continue;
             };
-            if !area.contains(point) {
+            if !area.contains(at) {
                 continue;
             }
             let [red, green, blue, _] = Color::from(landmark.colour).to_srgba().to_u8_array();
             // Kept inside the view at its right edge.
-            let is_left = point.x < area.max.x - 110.0;
+            let is_left = at.x < area.max.x - 110.0 / point;
             let (anchor, shift) = if is_left {
                 (Align2::LEFT_CENTER, 9.0)
             } else {
@@ -76,7 +86,7 @@ fn over_views(
             };
             shadowed(
                 &painter,
-                egui::pos2(point.x + shift, point.y),
+                egui::pos2(at.x * point + shift, at.y * point),
                 anchor,
                 &landmark.name,
                 12.0,
@@ -90,20 +100,33 @@ fn over_views(
         .filter(|camera| camera.is_active)
         .filter_map(Camera::logical_viewport_rect)
     {
-        let below = egui::pos2(area.center().x, area.max.y - 12.0);
+        let below = egui::pos2(area.center().x * point, area.max.y * point - 12.0);
         match state {
             Some(InstrumentState { cut: true, .. }) if flow.is_live() => {
-                shadowed(&painter, below, Align2::CENTER_BOTTOM, "CUT", 20.0, CAREFUL);
+                shadowed(&painter, below, Align2::CENTER_BOTTOM, "CUT", 20.0, palette::CAREFUL);
             }
             Some(InstrumentState { coagulate: true, .. }) if flow.is_live() => {
-                let blue = Color32::from_rgb(110, 160, 250);
-                shadowed(&painter, below, Align2::CENTER_BOTTOM, "COAG", 20.0, blue);
+                shadowed(
+                    &painter,
+                    below,
+                    Align2::CENTER_BOTTOM,
+                    "COAG",
+                    20.0,
+                    palette::COAGULATION,
+                );
             }
             _ => {}
         }
         if warnings.capsule_s > 0.0 {
-            let above = egui::pos2(area.center().x, area.min.y + 14.0);
-            shadowed(&painter, above, Align2::CENTER_TOP, "Capsule touched!", 22.0, BAD);
+            let above = egui::pos2(area.center().x * point, area.min.y * point + 14.0);
+            shadowed(
+                &painter,
+                above,
+                Align2::CENTER_TOP,
+                "Capsule touched!",
+                22.0,
+                palette::BAD,
+            );
         }
     }
     Ok(())
@@ -117,163 +140,131 @@ pub fn shadowed(painter: &egui::Painter, place: egui::Pos2, anchor: Align2, text
     painter.text(place, anchor, text, font, colour);
 }
 
-/// Briefing, pause, help, result.
+/// Briefing, pause, help.
 fn windows(
     mut contexts: EguiContexts,
     active: Option<Res<ActiveExercise>>,
-    state: Res<RunState>,
     card: Res<ScoreCard>,
-    metrics: Res<Metrics>,
+    focus: Res<MenuFocus>,
     bindings: Res<InstrumentBindings>,
     mut flow: ResMut<GameFlow>,
 ) -> Result {
-    let Some(active) = active else { return Ok(()) };
     let context = contexts.ctx_mut()?;
+    let lead = focus.lead;
+    let beside = if flow.phase.shows_exercise() { PANEL_WIDTH } else { 0.0 };
     if flow.help {
-        window(context, "Help", 560.0, |ui| help(ui, &bindings, &mut flow));
+        menu::window(context, "Help", 760.0, beside, |ui| {
+            help(ui, &bindings, lead, &mut flow)
+        });
         return Ok(());
     }
+    let Some(active) = active else { return Ok(()) };
     match flow.phase {
-        Phase::Playing => {}
-        Phase::Briefing => window(context, &active.exercise.title, 520.0, |ui| {
-            briefing(ui, &active, &bindings, &mut flow);
+        Phase::Briefing => menu::window(context, &active.exercise.title, 760.0, beside, |ui| {
+            briefing(ui, &active, &card, &bindings, lead, &mut flow);
         }),
-        Phase::Paused => window(context, "Pause", 300.0, |ui| {
-            ui.label("Enter or Esc: go on");
-            ui.label("R: start again");
-            ui.add_space(6.0);
-            ui.horizontal(|ui| {
-                button(ui, "Go on", Wish::Play, &mut flow);
-                button(ui, "Restart", Wish::Restart, &mut flow);
-                button(ui, "Settings", Wish::Settings, &mut flow);
-                button(ui, "Help", Wish::Help, &mut flow);
-                button(ui, "Quit", Wish::Quit, &mut flow);
-            });
-        }),
-        Phase::Result => {
-            let RunState::Ended(reason) = *state else { return Ok(()) };
-            window(context, "Result", 540.0, |ui| {
-                result(ui, reason, &card, &metrics, &mut flow)
-            });
-        }
+        Phase::Paused => menu::window(context, "Pause", 300.0, beside, |ui| pause(ui, lead, &mut flow)),
+        _ => {}
     }
     Ok(())
 }
 
-/// A window in the middle of the views, beside the panel.
-fn window(context: &Context, title: &str, width: f32, contents: impl FnOnce(&mut Ui)) {
-    let views = context.viewport_rect().width() - PANEL_WIDTH;
-    egui::Window::new(RichText::new(title).strong())
-        .id(egui::Id::new(title))
-        .anchor(Align2::CENTER_CENTER, [-PANEL_WIDTH / 2.0, 0.0])
-        .fixed_size([width.min(views - 40.0).max(160.0), 0.0])
-        .collapsible(false)
-        .resizable(false)
-        .show(context, contents);
-}
-
-fn button(ui: &mut Ui, text: &str, wish: Wish, flow: &mut GameFlow) {
-    let button = ui.button(text);
-    if button.clicked() {
-        // The space bar moves the loop: it must not press this again.
-        button.surrender_focus();
-        flow.wish(wish);
-    }
-}
-
-fn briefing(ui: &mut Ui, active: &ActiveExercise, bindings: &InstrumentBindings, flow: &mut GameFlow) {
-    ui.label(&active.exercise.briefing);
-    ui.add_space(4.0);
-    ui.label(
-        RichText::new("Marked tissue is dyed blue. The notch on the rim of the picture is 12 o'clock (anterior).")
-            .color(Color32::from_rgb(120, 175, 215)),
-    );
-    ui.separator();
-    table(ui, "controls", &bindings.help());
-    ui.separator();
-    ui.horizontal(|ui| {
-        let begin = ui.button(RichText::new("Begin (Enter)").strong());
-        if begin.clicked() {
-            begin.surrender_focus();
-            flow.wish(Wish::Play);
-        }
-        button(ui, "Settings (F2)", Wish::Settings, flow);
-        button(ui, "Help (H)", Wish::Help, flow);
+fn pause(ui: &mut Ui, lead: bool, flow: &mut GameFlow) {
+    ui.vertical_centered_justified(|ui| {
+        menu::wish(ui, "Go on (Esc)", Wish::Play, lead, flow);
+        menu::wish(ui, "Settings (F2)", Wish::Settings, false, flow);
+        menu::wish(ui, "Help (H)", Wish::Help, false, flow);
+        menu::wish(ui, "Begin anew (R)", Wish::Restart, false, flow);
+        menu::wish(ui, "End and show the score", Wish::End, false, flow);
+        menu::wish(ui, "Another exercise", Wish::Choose, false, flow);
+        menu::wish(ui, "Quit", Wish::Quit, false, flow);
     });
 }
 
-fn help(ui: &mut Ui, bindings: &InstrumentBindings, flow: &mut GameFlow) {
-    ui.label(RichText::new("Instrument").strong());
-    table(ui, "instrument keys", &bindings.help());
+fn briefing(
+    ui: &mut Ui,
+    active: &ActiveExercise,
+    card: &ScoreCard,
+    bindings: &InstrumentBindings,
+    lead: bool,
+    flow: &mut GameFlow,
+) {
+    let exercise = &active.exercise;
+    ui.label(RichText::new(&exercise.briefing).size(15.5));
+    ui.add_space(8.0);
+    let half = ui.available_width() / 2.0 - 10.0;
+    ui.horizontal_top(|ui| {
+        menu::part(ui, [half, 0.0], |ui| {
+            menu::caption(ui, "Goals");
+            for goal in &card.goals {
+                ui.label(format!("• {}", goal.goal));
+            }
+            ui.label(format!("• within {} min", clock(exercise.limits.time_s)));
+            ui.add_space(4.0);
+            menu::caption(ui, "To look at");
+            ui.label("Marked tissue is dyed blue. The notch on the rim of the picture is 12 o'clock (anterior).");
+        });
+        menu::part(ui, [half, 0.0], |ui| {
+            menu::caption(ui, "What counts, points");
+            egui::Grid::new("counts")
+                .num_columns(2)
+                .spacing([16.0, 3.0])
+                .show(ui, |ui| {
+                    for line in &card.lines {
+                        ui.label(line.title).on_hover_text(&line.formula);
+                        ui.label(RichText::new(format!("{:.0}", line.out_of)).color(palette::ACCENT));
+                        ui.end_row();
+                    }
+                });
+        });
+    });
     ui.separator();
-    ui.label(RichText::new("Game").strong());
-    table(ui, "game keys", &KEYS.map(|(what, key)| (what, key.to_owned())));
-    ui.separator();
+    menu::caption(ui, "Controls");
+    in_halves(ui, &bindings.help());
+    ui.add_space(8.0);
+    ui.horizontal(|ui| {
+        menu::wish(ui, "Begin (Enter)", Wish::Play, lead, flow);
+        menu::wish(ui, "Settings (F2)", Wish::Settings, false, flow);
+        menu::wish(ui, "Help (H)", Wish::Help, false, flow);
+        menu::wish(ui, "Another exercise (Esc)", Wish::Choose, false, flow);
+    });
+}
+
+fn help(ui: &mut Ui, bindings: &InstrumentBindings, lead: bool, flow: &mut GameFlow) {
     ui.label(
         "A cut: push the loop out over the tissue, lower the tip until the loop sinks in, press the cutting pedal, draw \
          the loop in, release. The sheath stays still. Cut only above the verumontanum (green mark).",
     );
-    ui.add_space(4.0);
-    button(ui, "Close (H)", Wish::Help, flow);
+    ui.separator();
+    menu::caption(ui, "Instrument");
+    in_halves(ui, &bindings.help());
+    ui.separator();
+    menu::caption(ui, "Game");
+    table(ui, "game keys", &KEYS.map(|(what, key)| (what, key.to_owned())));
+    ui.add_space(6.0);
+    menu::wish(ui, "Close (H)", Wish::Help, lead, flow);
+}
+
+/// A long table as two beside each other.
+fn in_halves(ui: &mut Ui, rows: &[(&str, String)]) {
+    let half = ui.available_width() / 2.0 - 10.0;
+    let (left, right) = rows.split_at(rows.len().div_ceil(2));
+    ui.horizontal_top(|ui| {
+        for (name, rows) in [("left half", left), ("right half", right)] {
+            menu::part(ui, [half, 0.0], |ui| table(ui, name, rows));
+        }
+    });
 }
 
 fn table(ui: &mut Ui, name: &str, rows: &[(&str, String)]) {
     egui::Grid::new(name)
         .num_columns(2)
-        .striped(true)
-        .spacing([24.0, 3.0])
+        .spacing([16.0, 3.0])
         .show(ui, |ui| {
             for (what, key) in rows {
-                ui.label(*what);
-                ui.label(RichText::new(key).color(CAREFUL));
+                ui.label(RichText::new(*what).size(13.5).color(palette::WEAK));
+                ui.label(RichText::new(key).size(13.5).color(palette::TEXT));
                 ui.end_row();
             }
         });
-}
-
-fn result(ui: &mut Ui, reason: EndReason, card: &ScoreCard, metrics: &Metrics, flow: &mut GameFlow) {
-    let (headline, colour) = match reason {
-        EndReason::GoalsReached => ("Every goal reached", GOOD),
-        EndReason::TimeUp => ("Time is up", CAREFUL),
-        EndReason::InputEnded => ("The recording is over", Color32::LIGHT_GRAY),
-        EndReason::Player => ("Ended", Color32::LIGHT_GRAY),
-    };
-    ui.label(RichText::new(headline).size(20.0).color(colour));
-    ui.label(format!(
-        "{:.2} g removed in {}, {:.0} cuts",
-        metrics.value(MetricId::RemovedMass),
-        clock(metrics.elapsed_s()),
-        metrics.value(MetricId::Strokes)
-    ));
-    ui.separator();
-    egui::Grid::new("result")
-        .num_columns(3)
-        .striped(true)
-        .spacing([20.0, 4.0])
-        .show(ui, |ui| {
-            for line in &card.lines {
-                let unit = if line.unit == "1" { "" } else { line.unit };
-                ui.label(line.title)
-                    .on_hover_text(format!("{}\n{}", line.formula, line.basis));
-                ui.label(format!("{:.2} {unit}", line.value));
-                ui.label(RichText::new(format!("{:.1} of {:.0}", line.points, line.out_of)).strong());
-                ui.end_row();
-            }
-            ui.label(RichText::new("Total").strong());
-            ui.label("");
-            ui.label(
-                RichText::new(format!("{:.1} of {:.0}", card.total, card.out_of))
-                    .size(18.0)
-                    .strong(),
-            );
-            ui.end_row();
-        });
-    ui.add_space(6.0);
-    if let Some(trouble) = &flow.trouble {
-        ui.label(RichText::new(trouble).color(BAD));
-    }
-    ui.horizontal(|ui| {
-        button(ui, "Again (Enter)", Wish::Restart, flow);
-        button(ui, "Quit", Wish::Quit, flow);
-    });
 }

@@ -11,22 +11,17 @@ use resecta_scenario::{ActiveExercise, MetricId, Metrics, ScoreCard};
 use resecta_tissue::TissueDiagnostics;
 
 use super::{
-    flow::{GameFlow, Phase, Wish},
+    flow::GameFlow,
+    menu::MenuSystems,
     pace::Pace,
+    palette::{self, BAD, CAREFUL, GOOD},
 };
 
 /// Width, logical pixels.
 pub const PANEL_WIDTH: f32 = 290.0;
 
-/// Something good, something to look out for, something bad.
-pub const GOOD: Color32 = Color32::from_rgb(110, 200, 130);
-/// As above.
-pub const CAREFUL: Color32 = Color32::from_rgb(240, 180, 70);
-/// As above.
-pub const BAD: Color32 = Color32::from_rgb(235, 95, 80);
-
 pub fn plugin(app: &mut App) {
-    app.add_systems(EguiPrimaryContextPass, show);
+    app.add_systems(EguiPrimaryContextPass, show.in_set(MenuSystems::Show));
 }
 
 fn show(
@@ -38,9 +33,11 @@ fn show(
     (bladder, irrigation, turbidity): (Option<Res<Bladder>>, Option<Res<Irrigation>>, Option<Res<Turbidity>>),
     pace: Res<Pace>,
     instruments: Query<&InstrumentState>,
-    mut flow: ResMut<GameFlow>,
+    flow: Res<GameFlow>,
 ) -> Result {
-    let Some(active) = active else { return Ok(()) };
+    let Some(active) = active.filter(|_| flow.phase.shows_exercise()) else {
+        return Ok(());
+    };
     let context = contexts.ctx_mut()?;
     let mut root = Ui::new(
         context.clone(),
@@ -50,7 +47,7 @@ fn show(
             .max_rect(context.viewport_rect()),
     );
     let frame = egui::Frame::new()
-        .fill(Color32::from_rgb(22, 25, 30))
+        .fill(palette::GROUND)
         .inner_margin(egui::Margin::same(12));
     egui::Panel::right("panel")
         .exact_size(PANEL_WIDTH)
@@ -58,7 +55,12 @@ fn show(
         .frame(frame)
         .show(&mut root, |ui| {
             egui::ScrollArea::vertical().show(ui, |ui| {
-                ui.spacing_mut().item_spacing.y = 5.0;
+                ui.spacing_mut().item_spacing.y = 4.0;
+                for text in [egui::TextStyle::Body, egui::TextStyle::Button] {
+                    ui.style_mut()
+                        .text_styles
+                        .insert(text, egui::FontId::proportional(13.0));
+                }
                 ui.label(RichText::new(&active.exercise.title).size(20.0).strong());
                 goals(ui, &card);
                 ui.separator();
@@ -77,9 +79,6 @@ fn show(
                 simulation(ui, &diagnostics, &pace);
                 ui.separator();
                 ui.label(RichText::new("H help   Tab views   Esc pause").weak());
-                if flow.phase == Phase::Paused && ui.button("End and show the score").clicked() {
-                    flow.wish(Wish::End);
-                }
                 ui.label(RichText::new("Not validated for training").small().weak());
             });
         });
@@ -88,7 +87,7 @@ fn show(
 
 fn goals(ui: &mut Ui, card: &ScoreCard) {
     for goal in &card.goals {
-        let colour = if goal.reached { GOOD } else { Color32::LIGHT_GRAY };
+        let colour = if goal.reached { GOOD } else { palette::TEXT };
         ui.label(RichText::new(&goal.goal).color(colour));
         let share = if goal.at_least > 0.0 {
             goal.value / goal.at_least
@@ -98,7 +97,7 @@ fn goals(ui: &mut Ui, card: &ScoreCard) {
         ui.add(
             egui::ProgressBar::new(share.clamp(0.0, 1.0) as f32)
                 .desired_height(12.0)
-                .fill(Color32::from_rgb(70, 130, 180)),
+                .fill(palette::ACCENT.gamma_multiply(0.8)),
         );
     }
 }
@@ -128,7 +127,7 @@ fn measured(ui: &mut Ui, metrics: &Metrics, limit_s: f64) {
     let value = |metric| metrics.value(metric);
     let touches = value(MetricId::CapsuleTouches);
     let left_s = (limit_s - value(MetricId::Elapsed)).max(0.0);
-    let plain = Color32::LIGHT_GRAY;
+    let plain = palette::TEXT;
     let rows = [
         ("Removed", format!("{:.2} g", value(MetricId::RemovedMass)), plain),
         (
@@ -156,7 +155,7 @@ fn instrument(ui: &mut Ui, state: &InstrumentState) {
     let current = if state.cut {
         RichText::new("cutting").color(CAREFUL)
     } else if state.coagulate {
-        RichText::new("coagulating").color(Color32::from_rgb(110, 160, 250))
+        RichText::new("coagulating").color(palette::COAGULATION)
     } else {
         RichText::new("off").weak()
     };
@@ -166,18 +165,14 @@ fn instrument(ui: &mut Ui, state: &InstrumentState) {
         ui.label(current);
     });
     let rows = [
-        (
-            "Insertion",
-            format!("{:.0} mm", state.insertion_mm),
-            Color32::LIGHT_GRAY,
-        ),
-        ("Loop out", format!("{:.0} mm", state.stroke_mm), Color32::LIGHT_GRAY),
+        ("Insertion", format!("{:.0} mm", state.insertion_mm), palette::TEXT),
+        ("Loop out", format!("{:.0} mm", state.stroke_mm), palette::TEXT),
         (
             "Tip up, right",
             format!("{:+.0}°, {:+.0}°", state.pitch_deg, state.yaw_deg),
-            Color32::LIGHT_GRAY,
+            palette::TEXT,
         ),
-        ("Roll", format!("{:+.0}°", state.roll_deg), Color32::LIGHT_GRAY),
+        ("Roll", format!("{:+.0}°", state.roll_deg), palette::TEXT),
     ];
     table(ui, "instrument", rows);
 }
@@ -193,7 +188,7 @@ fn water(
     metrics: &Metrics,
 ) {
     ui.label(RichText::new("Blood and water").strong());
-    let plain = Color32::LIGHT_GRAY;
+    let plain = palette::TEXT;
     let pressure = bladder.pressure_cmh2o();
     let view = turbidity.map_or(1.0, Turbidity::visibility);
     let absorbed = metrics.value(MetricId::Absorbed);
@@ -236,11 +231,14 @@ fn water(
 
 fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {
     ui.label(RichText::new("Simulation").strong());
-    let plain = Color32::GRAY;
+    let plain = palette::WEAK;
     let rate = if pace.frame_s > 0.0 { 1.0 / pace.frame_s } else { 0.0 };
     let rows = [
-        ("Nodes", diagnostics.nodes.to_string(), plain),
-        ("Volume elements", diagnostics.pentahedra.to_string(), plain),
+        (
+            "Nodes, elements",
+            format!("{}, {}", diagnostics.nodes, diagnostics.pentahedra),
+            plain,
+        ),
         (
             "Step of 16.7 ms takes",
             format!("{:.1} ms", diagnostics.step().as_secs_f64() * 1e3),
@@ -262,7 +260,7 @@ fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {
     table(ui, "simulation", rows);
     if pace.is_slow() {
         ui.label(
-            RichText::new("Slower than real time: this machine cannot keep up.")
+            RichText::new("Slower than real time: this machine is too slow.")
                 .small()
                 .color(CAREFUL),
         );
@@ -275,7 +273,7 @@ fn table<const ROWS: usize>(ui: &mut Ui, name: &str, rows: [(&str, String, Color
         .spacing([10.0, 2.0])
         .show(ui, |ui| {
             for (title, value, colour) in rows {
-                ui.label(RichText::new(title).color(Color32::GRAY));
+                ui.label(RichText::new(title).color(palette::WEAK));
                 right(ui, RichText::new(value).color(colour));
                 ui.end_row();
             }

@@ -13,7 +13,7 @@ use bevy_egui::{
 use resecta_instrument::{InstrumentField, InstrumentState, InstrumentStopped, InstrumentSystems};
 use resecta_scenario::ActiveExercise;
 
-use super::{overlay::shadowed, panel::CAREFUL};
+use super::{overlay::shadowed, palette::CAREFUL};
 use crate::view::EndoscopeCamera;
 
 /// How long a stop stays in sight after the last push, s.

@@ -10,9 +10,12 @@ use crate::{
     metrics::{Metrics, StepObservation},
     prepare::{LatticeSummary, PreparedExercise},
     region::MarkedRegion,
+    run_log::RunLog,
     score::ScoreCard,
     state::RunState,
+    steps::StepProgress,
     trace::Trace,
+    walls::Walls,
     water,
 };
 
@@ -34,6 +37,8 @@ pub struct ActiveExercise {
     pub material: String,
     /// The marked tissue.
     pub marked: MarkedRegion,
+    /// Urethra and capsule at rest.
+    pub walls: Walls,
     /// The entity of the gland.
     pub tissue: Entity,
     /// The entity of the instrument.
@@ -55,6 +60,7 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
         loaded,
         lattice,
         marked,
+        walls,
         adenoma_mm3,
         material_name,
         material,
@@ -99,6 +105,10 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
     world.insert_resource(metrics);
     world.insert_resource(StepObservation::default());
     world.insert_resource(RunState::Briefing);
+    world.insert_resource(StepProgress::default());
+    if let Some(mut log) = world.get_resource_mut::<RunLog>() {
+        log.samples.clear();
+    }
     if let Some(mut trace) = world.get_resource_mut::<Trace>() {
         trace.rows.clear();
     }
@@ -109,6 +119,7 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
         lattice,
         material: material_name,
         marked,
+        walls,
         tissue,
         instrument,
     };

@@ -6,7 +6,7 @@ use resecta_solver::{CollapseLaw, ShearResistance};
 use resecta_tissue::{CutDetail, CuttingRule};
 use serde::{Deserialize, Serialize};
 
-use crate::{metrics::MetricId, water::Water};
+use crate::{metrics::MetricId, pars::Pars, steps::Step, water::Water};
 
 /// One exercise, as its author wrote it. Absent optional fields take the default stated beside them; `Some(..)` may be
 /// left out around a value.
@@ -35,6 +35,9 @@ pub struct Exercise {
     pub instrument: InstrumentSetup,
     /// The tissue that the exercise is about.
     pub marked: Marked,
+    /// What to do one after the other, in an exercise that teaches by doing. Default: none.
+    #[serde(default)]
+    pub steps: Vec<Step>,
     /// What must be reached; the run ends when all are. At least one.
     pub goals: Vec<Goal>,
     /// What ends a run early.
@@ -185,6 +188,8 @@ pub enum Goal {
         /// Share of its volume at rest.
         share: f64,
     },
+    /// Do every one of the exercise's steps.
+    FinishSteps,
 }
 
 /// What ends a run early.
@@ -209,6 +214,9 @@ pub struct ScoreRule {
     pub to: f64,
     /// Where the two values come from.
     pub basis: String,
+    /// Values that earn bronze, silver and gold, better each than the one before. They earn no points. Default: none.
+    #[serde(default)]
+    pub pars: Option<Pars>,
     /// A line may count only once something else is done, so that doing nothing earns nothing.
     #[serde(default)]
     pub needs: Option<Condition>,

@@ -13,6 +13,11 @@
 //! | which blood and water it has | `water.rs` |
 //! | the table of metrics, and how each is measured | `metrics/` |
 //! | how points follow from metrics | `score.rs` |
+//! | bronze, silver, gold | `pars.rs` |
+//! | steps of a tutorial and what ends them | `steps.rs` |
+//! | what was cut, by height and hour | `cut_map.rs` |
+//! | samples of a run over time | `run_log.rs` |
+//! | what to do better | `advice.rs` |
 //! | the order of a step | `plugin.rs` |
 //!
 //! ```no_run
@@ -28,35 +33,47 @@
 //! ```
 
 mod active;
+mod advice;
+mod cut_map;
 mod errors;
 mod exercise;
 mod library;
 pub mod metrics;
+mod pars;
 mod parse;
 mod plugin;
 mod prepare;
 mod region;
 mod report;
 mod rules;
+mod run_log;
 mod score;
 mod state;
+mod steps;
 mod trace;
+mod walls;
 mod water;
 
 pub use active::{ActiveExercise, spawn_exercise};
+pub use advice::advice;
+pub use cut_map::{CutCell, CutMap};
 pub use errors::{ExerciseError, RuleError};
 pub use exercise::{
     ClockRange, Condition, Exercise, Goal, HeightRange, InstrumentSetup, Limits, Marked, Models, Range, ScoreRule,
 };
 pub use library::{CASE_SUFFIX, EXERCISE_SUFFIX, Library, LoadedExercise, MAX_FILE_BYTES};
 pub use metrics::{MetricId, Metrics};
+pub use pars::{Medal, Pars};
 pub use plugin::{ScenarioPlugin, ScenarioSystems};
 pub use prepare::{LatticeSummary, PreparedExercise};
 pub use region::MarkedRegion;
-pub use report::{CaseSummary, ExerciseSummary, FORMAT, MetricValue, Report, RunSummary, state_hash};
+pub use report::{CaseSummary, ExerciseSummary, FORMAT, MetricValue, Report, RunSummary, StepSummary, state_hash};
+pub use run_log::{LogSample, RunLog, STEPS_A_SAMPLE};
 pub use score::{GoalState, ScoreCard, ScoreLine};
 pub use state::{CapsulePerforated, EndReason, RunState};
+pub use steps::{Step, StepProgress, Trigger};
 pub use trace::{COLUMNS, Trace, TraceRow};
+pub use walls::Walls;
 pub use water::{Bleeding, Water};
 
 /// What a user types daily.

@@ -11,8 +11,10 @@ use resecta_tissue::{TissueContact, TissueResected, TissueSystems};
 use crate::{
     active::ActiveExercise,
     metrics::{Metrics, StepObservation, WaterStep},
+    run_log::RunLog,
     score::ScoreCard,
     state::{CapsulePerforated, EndReason, RunState},
+    steps::StepProgress,
     trace::{Trace, TraceRow},
     water,
 };
@@ -48,7 +50,7 @@ pub enum ScenarioSystems {
     Observe,
     /// [`Metrics`] take the step into account; [`CapsulePerforated`] is triggered. Only while running, as all below.
     Measure,
-    /// A row is added to [`Trace`], where there is one.
+    /// A row is added to [`Trace`], where there is one, and a sample to [`RunLog`].
     Record,
     /// [`ScoreCard`] is brought up to date, and the run may end.
     Judge,
@@ -63,6 +65,7 @@ impl Plugin for ScenarioPlugin {
             .init_resource::<Metrics>()
             .init_resource::<StepObservation>()
             .init_resource::<ScoreCard>()
+            .init_resource::<StepProgress>()
             .register_type::<RunState>()
             .register_type::<Metrics>()
             .add_message::<TissueContact>()
@@ -102,8 +105,9 @@ impl Plugin for ScenarioPlugin {
                         .in_set(FluidSystems::First)
                         .run_if(resource_exists::<Irrigation>.and_then(resource_exists::<ActiveExercise>)),
                     (observe, observe_water).chain().in_set(Observe),
-                    measure.in_set(Measure),
+                    (measure, follow_steps).chain().in_set(Measure),
                     record.in_set(Record).run_if(resource_exists::<Trace>),
+                    log.in_set(Record).run_if(resource_exists::<RunLog>),
                     judge.in_set(Judge),
                 ),
             );
@@ -152,6 +156,8 @@ fn observe_water(
     mut before: Local<[f64; 3]>,
     mut step: ResMut<StepObservation>,
 ) {
+    let (bladder_ml, pressure_cmh2o) =
+        (bladder.as_ref()).map_or((0.0, 0.0), |bladder| (bladder.volume_ml(), bladder.pressure_cmh2o()));
     let totals = bladder.map(|bladder| *bladder.totals()).unwrap_or_default();
     let blood_ml = circulation.map_or(0.0, |circulation| circulation.blood_loss_ml());
     let now = [blood_ml, totals.irrigated_ml, totals.absorbed_ml];
@@ -164,6 +170,8 @@ fn observe_water(
         blood_ml,
         irrigated_ml,
         absorbed_ml,
+        bladder_ml,
+        pressure_cmh2o,
         visibility: clear * turbidity.map_or(1.0, |turbidity| turbidity.visibility()),
     };
 }
@@ -192,6 +200,23 @@ fn measure(
             point: the_loop.centre + the_loop.down * resectoscope.geometry.loop_depth_mm,
         });
     }
+}
+
+fn follow_steps(
+    active: Res<ActiveExercise>,
+    step: Res<StepObservation>,
+    mut progress: ResMut<StepProgress>,
+    mut metrics: ResMut<Metrics>,
+) {
+    if active.exercise.steps.is_empty() {
+        return;
+    }
+    progress.observe(&active.exercise.steps, &step, &metrics);
+    metrics.steps_done = progress.done_at_s.len() as u32;
+}
+
+fn log(step: Res<StepObservation>, metrics: Res<Metrics>, mut log: ResMut<RunLog>) {
+    log.observe(&step, &metrics);
 }
 
 fn record(step: Res<StepObservation>, metrics: Res<Metrics>, mut trace: ResMut<Trace>) {

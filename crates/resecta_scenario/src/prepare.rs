@@ -12,6 +12,7 @@ use crate::{
     library::LoadedExercise,
     region::MarkedRegion,
     rules,
+    walls::Walls,
     water::PreparedWater,
 };
 
@@ -23,6 +24,8 @@ pub struct PreparedExercise {
     pub lattice: LatticeSummary,
     /// The marked tissue.
     pub marked: MarkedRegion,
+    /// Urethra and capsule at rest.
+    pub walls: Walls,
     /// Volume at rest of the adenoma, mm³.
     pub adenoma_mm3: f64,
     /// Name of the material preset.
@@ -126,6 +129,7 @@ impl LoadedExercise {
                 volume_mm3: tissue.initial_volume_mm3(),
             },
             adenoma_mm3: adenoma.map(|index| tissue.rest_volume_mm3(index)).sum(),
+            walls: Walls::of_lattice(&lattice),
             marked,
             material_name,
             material,

@@ -10,6 +10,7 @@ use crate::{
     prepare::LatticeSummary,
     score::ScoreCard,
     state::{EndReason, RunState},
+    steps::StepProgress,
 };
 
 /// Version of the layout of a report; changes when a field changes its name or its meaning.
@@ -34,6 +35,9 @@ pub struct Report {
     pub run: RunSummary,
     /// Goals and score, line by line.
     pub score: ScoreCard,
+    /// The exercise's steps, where it has any.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<StepSummary>,
     /// Every metric.
     pub metrics: Vec<MetricValue>,
     /// [`state_hash`] of the gland at the end, hexadecimal.
@@ -79,6 +83,15 @@ pub struct RunSummary {
     pub ended: Option<EndReason>,
 }
 
+/// A step of the exercise and when it was done.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StepSummary {
+    /// What to do.
+    pub say: String,
+    /// Simulated time at which it was done, s; none where it was not.
+    pub done_at_s: Option<f64>,
+}
+
 /// A metric and its value.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MetricValue {
@@ -104,6 +117,7 @@ impl Report {
             *world.get_resource::<RunState>()?,
             world.get_resource::<Metrics>()?,
             world.get_resource::<ScoreCard>()?,
+            world.get_resource::<StepProgress>()?,
             state_hash(tissue.solver()),
         ))
     }
@@ -114,6 +128,7 @@ impl Report {
         state: RunState,
         metrics: &Metrics,
         score: &ScoreCard,
+        progress: &StepProgress,
         state_hash: u64,
     ) -> Self {
         let ActiveExercise {
@@ -162,6 +177,12 @@ impl Report {
                 },
             },
             score: score.clone(),
+            steps: (exercise.steps.iter().enumerate())
+                .map(|(index, step)| StepSummary {
+                    say: step.say.clone(),
+                    done_at_s: progress.done_at_s.get(index).copied(),
+                })
+                .collect(),
             metrics: MetricId::ALL.iter().map(metric).collect(),
             state_hash: format!("{state_hash:016x}"),
         }

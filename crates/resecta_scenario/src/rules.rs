@@ -9,6 +9,8 @@ use crate::{
     errors::RuleError,
     exercise::{Condition, Exercise, Goal, HeightRange, InstrumentSetup, Marked, Models, ScoreRule},
     metrics::Better,
+    pars::Pars,
+    steps,
 };
 
 /// The spacings that a field may have, mm: below, a stroke is no longer cut in real time; above, elements are as fine.
@@ -45,10 +47,22 @@ impl Exercise {
         if self.goals.is_empty() {
             return Err(RuleError::new("goals", "empty", "at least one goal"));
         }
-        for (index, Goal::RemoveMarked { share }) in self.goals.iter().enumerate() {
-            if !(*share > 0.0 && *share <= 1.0) {
-                let field = format!("goals[{index}].RemoveMarked.share");
-                return Err(RuleError::new(field, share, "a share above 0 and at most 1"));
+        steps::check(self)?;
+        for (index, goal) in self.goals.iter().enumerate() {
+            match goal {
+                Goal::RemoveMarked { share } if !(*share > 0.0 && *share <= 1.0) => {
+                    let field = format!("goals[{index}].RemoveMarked.share");
+                    return Err(RuleError::new(field, share, "a share above 0 and at most 1"));
+                }
+                Goal::FinishSteps if self.steps.is_empty() => {
+                    let field = format!("goals[{index}]");
+                    return Err(RuleError::new(
+                        field,
+                        "FinishSteps",
+                        "another goal, or `steps: [..]` to finish",
+                    ));
+                }
+                Goal::RemoveMarked { .. } | Goal::FinishSteps => {}
             }
         }
         positive("limits.time_s", self.limits.time_s, "s")?;
@@ -204,6 +218,7 @@ fn score_rule(field: &str, rule: &ScoreRule) -> Checked {
         from,
         to,
         ref basis,
+        ref pars,
         needs,
     } = rule;
     if !(points >= 0.0 && points.is_finite()) {
@@ -227,10 +242,44 @@ fn score_rule(field: &str, rule: &ScoreRule) -> Checked {
             "where the two values come from",
         ));
     }
+    if let Some(pars) = pars {
+        check_pars(&format!("{field}.pars"), pars, to > from)?;
+    }
     match needs {
         Some(Condition { at_least, .. }) => finite(&format!("{field}.needs.at_least"), at_least),
         None => Ok(()),
     }
+}
+
+/// Pars must get better as the line's points do.
+fn check_pars(field: &str, pars: &Pars, more_is_better: bool) -> Checked {
+    let Pars {
+        bronze,
+        silver,
+        gold,
+        ref basis,
+    } = *pars;
+    finite(&format!("{field}.bronze"), bronze)?;
+    for (name, value, before, par) in [("silver", silver, "bronze", bronze), ("gold", gold, "silver", silver)] {
+        let field = format!("{field}.{name}");
+        finite(&field, value)?;
+        let (is_better, than) = if more_is_better {
+            (value > par, "more")
+        } else {
+            (value < par, "less")
+        };
+        if !is_better {
+            return Err(RuleError::new(field, value, format!("{than} than `{before}` ({par})")));
+        }
+    }
+    if basis.trim().is_empty() {
+        return Err(RuleError::new(
+            format!("{field}.basis"),
+            "empty",
+            "where the three values come from",
+        ));
+    }
+    Ok(())
 }
 
 fn finite(field: &str, value: f64) -> Checked {

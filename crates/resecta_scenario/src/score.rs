@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::{
     exercise::{Condition, Exercise, Goal, ScoreRule},
     metrics::{MetricId, Metrics},
+    pars::{Medal, Pars},
 };
 
 /// The score and the goals as they stand; recomputed every step of a run.
@@ -38,8 +39,14 @@ pub struct ScoreLine {
     pub out_of: f64,
     /// How the points follow from the value.
     pub formula: String,
-    /// Where the pars come from.
+    /// Where the formula's two values come from.
     pub basis: String,
+    /// What earns bronze, silver and gold, where the line says so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pars: Option<Pars>,
+    /// The best that the value earns of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub medal: Option<Medal>,
 }
 
 /// A goal and how far it is reached.
@@ -65,7 +72,9 @@ impl ScoreCard {
         Self {
             total: lines.iter().map(|line| line.points).sum(),
             out_of: lines.iter().map(|line| line.out_of).sum(),
-            goals: exercise.goals.iter().map(|goal| goal.state(value)).collect(),
+            goals: (exercise.goals.iter())
+                .map(|goal| goal.state(exercise, value))
+                .collect(),
             lines,
         }
     }
@@ -79,12 +88,17 @@ impl ScoreCard {
 impl ScoreRule {
     /// Points for these values of the metrics: 0 to `points`, linear between the pars.
     pub fn points_for(&self, value: impl Fn(MetricId) -> f64) -> f64 {
-        if self.needs.is_some_and(|needs| !needs.is_met(&value)) {
+        if !self.counts(&value) {
             return 0.0;
         }
         let share = (value(self.metric) - self.from) / (self.to - self.from);
         // Plus zero: a value at `from` earns 0 points, not the -0 that a negative range gives.
         self.points * share.clamp(0.0, 1.0) + 0.0
+    }
+
+    /// Whether what the line needs is done.
+    fn counts(&self, value: impl Fn(MetricId) -> f64) -> bool {
+        self.needs.is_none_or(|needs| needs.is_met(value))
     }
 
     /// The formula in words that a calculator understands.
@@ -104,17 +118,21 @@ impl ScoreRule {
         format!("{points} * clamp(({metric} - {from}) / ({to} - {from}), 0, 1){condition}")
     }
 
-    fn line(&self, value: impl Fn(MetricId) -> f64) -> ScoreLine {
+    fn line(&self, value: impl Fn(MetricId) -> f64 + Copy) -> ScoreLine {
         let info = self.metric.info();
         ScoreLine {
             metric: self.metric,
             title: info.title,
             unit: info.unit,
             value: value(self.metric),
+            medal: (self.pars.as_ref())
+                .filter(|_| self.counts(value))
+                .and_then(|pars| pars.medal(value(self.metric))),
             points: self.points_for(value),
             out_of: self.points,
             formula: self.formula(),
             basis: self.basis.clone(),
+            pars: self.pars.clone(),
         }
     }
 }
@@ -126,15 +144,24 @@ impl Condition {
 }
 
 impl Goal {
-    fn state(&self, value: impl Fn(MetricId) -> f64) -> GoalState {
-        let Goal::RemoveMarked { share } = *self;
-        let metric = MetricId::MarkedRemovedShare;
+    fn state(&self, exercise: &Exercise, value: impl Fn(MetricId) -> f64) -> GoalState {
+        let (goal, metric, at_least) = match *self {
+            Goal::RemoveMarked { share } => (
+                format!("Remove {:.0} % of the marked tissue", share * 100.0),
+                MetricId::MarkedRemovedShare,
+                share,
+            ),
+            Goal::FinishSteps => {
+                let steps = exercise.steps.len();
+                (format!("Do all {steps} steps"), MetricId::StepsDone, steps as f64)
+            }
+        };
         GoalState {
-            goal: format!("Remove {:.0} % of the marked tissue", share * 100.0),
+            goal,
             metric,
             value: value(metric),
-            at_least: share,
-            reached: value(metric) >= share,
+            at_least,
+            reached: value(metric) >= at_least,
         }
     }
 }
@@ -152,6 +179,7 @@ mod tests {
             from,
             to,
             basis: "test".into(),
+            pars: None,
             needs: None,
         }
     }
@@ -184,6 +212,34 @@ mod tests {
             assert_eq!(points(&rule, rule.from), 0.0);
             assert_eq!(points(&rule, rule.to), 20.0);
         }
+    }
+
+    #[test]
+    fn a_medal_needs_what_its_line_needs() {
+        let pars = Pars {
+            bronze: 125.0,
+            silver: 84.0,
+            gold: 76.0,
+            basis: "test".into(),
+        };
+        let rule = ScoreRule {
+            pars: Some(pars),
+            needs: Some(Condition {
+                metric: MetricId::MarkedRemovedShare,
+                at_least: 0.5,
+            }),
+            metric: MetricId::BloodLost,
+            ..rule(125.0, 0.0)
+        };
+        let medal = |share: f64, blood_ml: f64| {
+            let value = |metric| if metric == MetricId::BloodLost { blood_ml } else { share };
+            rule.line(value).medal
+        };
+        assert_eq!(medal(0.4, 0.0), None);
+        assert_eq!(medal(0.5, 126.0), None);
+        assert_eq!(medal(0.5, 125.0), Some(Medal::Bronze));
+        assert_eq!(medal(0.5, 80.0), Some(Medal::Silver));
+        assert_eq!(medal(0.5, 76.0), Some(Medal::Gold));
     }
 
     #[test]

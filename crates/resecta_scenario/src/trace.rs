@@ -35,11 +35,13 @@ pub struct TraceRow {
     pub removed_mm3: f64,
     /// Removed share of the marked region.
     pub marked_removed_share: f64,
+    /// Steps of the exercise that are done.
+    pub steps_done: u32,
 }
 
 /// The columns of [`Trace::write_csv`].
 pub const COLUMNS: &str = "step,time_s,insertion_mm,pitch_deg,yaw_deg,roll_deg,stroke_mm,inflow_tap,outflow_tap,cut,coagulate,\
-    tip_x_mm,tip_y_mm,tip_z_mm,contacts,largest_depth_mm,current_on_capsule,removed_mm3,marked_removed_share";
+    tip_x_mm,tip_y_mm,tip_z_mm,contacts,largest_depth_mm,current_on_capsule,removed_mm3,marked_removed_share,steps_done";
 
 impl TraceRow {
     /// The row of a step that `metrics` has already taken into account.
@@ -54,6 +56,7 @@ impl TraceRow {
             current_on_capsule: step.current_on_capsule,
             removed_mm3: metrics.value(MetricId::Removed),
             marked_removed_share: metrics.value(MetricId::MarkedRemovedShare),
+            steps_done: metrics.steps_done,
         }
     }
 }
@@ -77,6 +80,7 @@ impl Trace {
                 current_on_capsule,
                 removed_mm3,
                 marked_removed_share,
+                steps_done,
                 ..
             } = row;
             let InstrumentState {
@@ -95,7 +99,8 @@ impl Trace {
             writeln!(
                 out,
                 "{step},{time_s},{insertion_mm},{pitch_deg},{yaw_deg},{roll_deg},{stroke_mm},{inflow_tap},{outflow_tap},\
-                 {cut},{coagulate},{x},{y},{z},{contacts},{largest_depth_mm},{current_on_capsule},{removed_mm3},{marked_removed_share}"
+                 {cut},{coagulate},{x},{y},{z},{contacts},{largest_depth_mm},{current_on_capsule},{removed_mm3},{marked_removed_share},\
+                 {steps_done}"
             )?;
         }
         out.flush()
@@ -115,7 +120,7 @@ mod tests {
         trace.write_csv(&mut bytes).unwrap();
         let text = String::from_utf8(bytes).unwrap();
         let fields: Vec<usize> = text.lines().map(|line| line.split(',').count()).collect();
-        assert_eq!(fields, [19; 4], "{text}");
+        assert_eq!(fields, [20; 4], "{text}");
         assert!(
             text.lines()
                 .all(|line| line.split(',').all(|field| !field.trim().is_empty())),

@@ -105,7 +105,7 @@ fn slips_of_syntax_are_placed() {
     assert_eq!(
         message("briefing:", "breifing:"),
         "mine.exercise.ron:3:13: breifing: Unexpected field named `breifing` in `Exercise`, expected one of `title`, \
-         `briefing`, `case`, `alpha_deg`, `material`, `models`, `instrument`, `marked`, `goals`, `limits`, or `scoring` \
+         `briefing`, `case`, `alpha_deg`, `material`, `models`, `instrument`, `marked`, `steps`, `goals`, `limits`, or `scoring` \
          instead; did you mean `briefing`?"
     );
     assert_eq!(
@@ -186,6 +186,46 @@ fn broken_rules_name_field_value_and_what_was_expected() {
         (
             ("case: \"medium\"", "case: \"medium\", alpha_deg: 0.1"),
             "alpha_deg is 0.1; expected 2 to 60 degrees",
+        ),
+        (
+            ("[RemoveMarked(share: 0.8)]", "[FinishSteps]"),
+            "goals[0] is FinishSteps; expected another goal, or `steps: [..]` to finish",
+        ),
+        (
+            ("goals:", "steps: [(say: \" \", until: Advanced(mm: 5))], goals:"),
+            "steps[0].say is empty; expected some text",
+        ),
+        (
+            ("goals:", "steps: [(say: \"Go\", until: Advanced(mm: 0))], goals:"),
+            "steps[0].until.Advanced.mm is 0; expected a finite number of mm above 0",
+        ),
+        (
+            (
+                "goals:",
+                "steps: [(say: \"Drain\", until: BladderBelow(ml: 50))], goals:",
+            ),
+            "steps[0].until is BladderBelow; expected a trigger that a dry exercise has, or `models: (water: (..))`",
+        ),
+        (
+            (
+                "100, basis: \"ours\"",
+                "100, pars: (bronze: 200, silver: 250, gold: 100, basis: \"b\"), basis: \"ours\"",
+            ),
+            "scoring[1].pars.silver is 250; expected less than `bronze` (200)",
+        ),
+        (
+            (
+                "to: 0.8, basis",
+                "to: 0.8, pars: (bronze: 0.5, silver: 0.6, gold: 0.6, basis: \"b\"), basis",
+            ),
+            "scoring[0].pars.gold is 0.6; expected more than `silver` (0.6)",
+        ),
+        (
+            (
+                "to: 0.8, basis",
+                "to: 0.8, pars: (bronze: 0.5, silver: 0.6, gold: 0.7, basis: \"\"), basis",
+            ),
+            "scoring[0].pars.basis is empty; expected where the three values come from",
         ),
         (
             ("[RemoveMarked(share: 0.8)]", "[]"),

@@ -161,12 +161,12 @@ pub(super) fn keys(
         }
     }
     if pad(GamepadButton::Start) {
-        let wish = match flow.phase {
-            Phase::Playing => Wish::Pause,
-            Phase::Briefing | Phase::Paused => Wish::Play,
-            Phase::Result => Wish::Restart,
-        };
-        flow.wish(wish);
+        match flow.phase {
+            Phase::Playing => flow.wish(Wish::Pause),
+            Phase::Briefing | Phase::Paused => flow.wish(Wish::Play),
+            Phase::Result => flow.wish(Wish::Restart),
+            Phase::Title | Phase::Choosing | Phase::Preparing => {}
+        }
     }
     if pad(GamepadButton::Select) {
         flow.wish(Wish::NextLayout);

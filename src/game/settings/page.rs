@@ -10,7 +10,7 @@ use resecta_instrument::{Handedness, InstrumentBindings, InvertedAxes, LiveFeel,
 use super::{KeptSettings, SettingsPage, table};
 use crate::game::{
     flow::GameFlow,
-    panel::{BAD, CAREFUL},
+    palette::{BAD, CAREFUL},
 };
 
 /// Widths of the two halves, logical pixels: together they fit a window of 1280 by 720 with room for longer names.

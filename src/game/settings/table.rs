@@ -4,7 +4,7 @@ use bevy_egui::egui::{self, RichText, Ui};
 use resecta_instrument::{BoundInput, Handedness, InstrumentAction, InstrumentBindings};
 
 use super::{Capture, SettingsPage, conflicts, twice};
-use crate::game::panel::{BAD, CAREFUL};
+use crate::game::palette::{BAD, CAREFUL};
 
 pub fn show(ui: &mut Ui, bindings: &mut InstrumentBindings, hand: Handedness, page: &mut SettingsPage) {
     egui::Grid::new("bindings")

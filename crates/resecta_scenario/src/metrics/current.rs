@@ -11,6 +11,8 @@ pub struct CurrentUse {
     pub without_contact_s: f64,
     /// Time with the coagulating current on, s. Of both pedals at once, cutting wins.
     pub coagulation_s: f64,
+    /// The same with the loop in contact with tissue, s.
+    pub coagulation_in_contact_s: f64,
     /// Presses of the cutting pedal that removed tissue.
     pub strokes: u32,
     /// Whether the present press of the cutting pedal has removed tissue already.
@@ -25,6 +27,9 @@ impl CurrentUse {
         }
         if step.instrument.coagulate && !step.instrument.cut {
             self.coagulation_s += step.step_s;
+            if step.loop_in_tissue {
+                self.coagulation_in_contact_s += step.step_s;
+            }
         }
         if !step.instrument.cut {
             self.stroke_counted = false;

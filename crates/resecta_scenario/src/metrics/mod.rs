@@ -39,6 +39,8 @@ pub struct Metrics {
     pub motion: TipMotion,
     /// What blood and water did.
     pub water: BloodAndWater,
+    /// Steps of the exercise that are done.
+    pub steps_done: u32,
 }
 
 impl Metrics {
@@ -77,6 +79,7 @@ impl Metrics {
             MetricId::BloodLost => water.blood_ml,
             MetricId::Irrigated => water.irrigated_ml,
             MetricId::Absorbed => water.absorbed_ml,
+            MetricId::StepsDone => f64::from(self.steps_done),
             MetricId::BlindTime => water.blind_s,
         }
     }

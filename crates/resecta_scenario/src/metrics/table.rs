@@ -108,6 +108,8 @@ metrics! {
     Irrigated = "irrigated_ml", "Irrigant used", "ml", Less;
     /// Irrigant that got into opened veins.
     Absorbed = "absorbed_ml", "Irrigant absorbed", "ml", Less;
+    /// Steps of the exercise that are done; 0 where it has none.
+    StepsDone = "steps_done", "Steps done", "1", More;
     /// Time in which less than 30 % of the light came back to the lens.
     BlindTime = "blind_s", "Time without a view", "s", Less;
 }

@@ -41,6 +41,10 @@ pub struct WaterStep {
     pub irrigated_ml: f64,
     /// Irrigant absorbed, ml.
     pub absorbed_ml: f64,
+    /// What the bladder holds, ml; 0 in a dry scene.
+    pub bladder_ml: f64,
+    /// Pressure in the bladder, cmH2O; 0 in a dry scene.
+    pub pressure_cmh2o: f64,
     /// Share of the light that comes back to the lens, 0 to 1; 1 in a dry scene.
     pub visibility: f64,
 }
@@ -52,6 +56,8 @@ impl Default for WaterStep {
             blood_ml: 0.0,
             irrigated_ml: 0.0,
             absorbed_ml: 0.0,
+            bladder_ml: 0.0,
+            pressure_cmh2o: 0.0,
             visibility: 1.0,
         }
     }

@@ -7,6 +7,7 @@ use resecta_anatomy::{Case, CaseSource, Landmarks, Unit, Zone};
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::{
     ActiveExercise, Exercise, LatticeSummary, MarkedRegion, MetricId, Metrics, RunState, ScenarioPlugin, ScoreCard,
+    Walls,
 };
 use resecta_solver::NodeKind;
 use resecta_tissue::{TissueContact, TissueResected, ToolPartKind};
@@ -66,6 +67,7 @@ impl Bench {
             lattice: LatticeSummary::default(),
             material: "palpation_5hz".into(),
             marked: MarkedRegion::new(volumes.collect()),
+            walls: Walls::default(),
             tissue,
             instrument,
         };

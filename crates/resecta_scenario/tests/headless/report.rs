@@ -3,7 +3,7 @@
 use std::{thread::sleep, time::Duration};
 
 use crate::bench::Bench;
-use resecta_scenario::{ActiveExercise, MetricId, Metrics, Report, ScoreCard, Trace};
+use resecta_scenario::{ActiveExercise, MetricId, Metrics, Report, ScoreCard, StepProgress, Trace};
 use resecta_solver::NodeKind;
 use resecta_tissue::ToolPartKind;
 
@@ -27,6 +27,7 @@ fn run(pause: Duration) -> (String, Vec<u8>) {
         bench.run_state(),
         world.resource::<Metrics>(),
         world.resource::<ScoreCard>(),
+        world.resource::<StepProgress>(),
         7,
     );
     let mut csv = Vec::new();

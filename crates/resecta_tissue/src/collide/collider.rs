@@ -86,16 +86,6 @@ impl Face {
         let [a, b, c] = self.corners;
         (b - a).cross(c - a).normalize_or_zero()
     }
-
-    /// The length of the longest edge, mm.
-    pub fn longest(&self) -> f32 {
-        let [a, b, c] = self.corners;
-        let longest = a
-            .distance_squared(b)
-            .max(b.distance_squared(c))
-            .max(c.distance_squared(a));
-        longest.sqrt()
-    }
 }
 
 impl Collider {

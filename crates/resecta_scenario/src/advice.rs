@@ -1,0 +1,163 @@
+//! What to do better: a sentence for each metric that lost points, the dearest first. All that is said stands in one table.
+
+use crate::{
+    metrics::MetricId,
+    score::{ScoreCard, ScoreLine},
+};
+
+/// Share of a line's points that may go without a word.
+const FINE: f64 = 0.1;
+
+/// What to change where a metric lost points.
+const ADVICE: &[(MetricId, &str)] = &[
+    (
+        MetricId::Elapsed,
+        "Take full strokes: a loop drawn back over its whole length removes three times what a short one does, in the same time.",
+    ),
+    (
+        MetricId::MarkedRemoved,
+        "Go on until the blue dye is gone: what is dyed is what is asked for.",
+    ),
+    (
+        MetricId::MarkedRemovedShare,
+        "Go on until the blue dye is gone: work in layers from the bladder neck back, each of a stroke in the middle and one to either side.",
+    ),
+    (
+        MetricId::AdenomaRemovedShare,
+        "Leave no adenoma behind: go once round the clock face before you stop, and look for pale, granular tissue.",
+    ),
+    (
+        MetricId::LateralLobeRemoved,
+        "More of the lateral lobes has to go: roll the loop to 3 and 9 o'clock and work from the top down.",
+    ),
+    (
+        MetricId::MiddleLobeRemoved,
+        "More of the middle lobe has to go: begin at 6 o'clock at the bladder neck.",
+    ),
+    (
+        MetricId::PeripheralRemoved,
+        "You went past the adenoma: where granular tissue gives way to fibres, stop.",
+    ),
+    (
+        MetricId::HealthyRemoved,
+        "You took healthy tissue: keep to the adenoma, and stay above the verumontanum.",
+    ),
+    (
+        MetricId::CapsuleTouches,
+        "Stay off the capsule: make the last strokes of a place shallow ones, and raise the tip before the loop comes near its fibres.",
+    ),
+    (
+        MetricId::CapsuleTouchTime,
+        "Let go of the pedal at once when the loop meets the capsule, then raise the tip.",
+    ),
+    (
+        MetricId::CapsuleCut,
+        "You cut the capsule: lower the tip less towards the end of a stroke, and look for whitish fibres before each one.",
+    ),
+    (
+        MetricId::CurrentWithoutContact,
+        "Press a pedal only while the loop is in tissue: sink it in first, let go as soon as the chip is free.",
+    ),
+    (
+        MetricId::TipPath,
+        "Move the sheath less: bring it where you work once, then let the loop do the travelling.",
+    ),
+    (
+        MetricId::MassPerStroke,
+        "Sink the loop in deeper and draw it over its whole length: fewer, larger chips.",
+    ),
+    (
+        MetricId::LargestContactDepth,
+        "Push the sheath less hard into the wall: follow the lumen with the tip.",
+    ),
+    (
+        MetricId::BloodLost,
+        "Stop a vessel when it opens: touch it with the loop under the coagulating current before the next stroke.",
+    ),
+    (
+        MetricId::Irrigated,
+        "Use less water: a clear view does not get clearer with the tap wide open.",
+    ),
+    (
+        MetricId::Absorbed,
+        "Keep the bladder's pressure low while veins are open: let water out in time, and close veins at once.",
+    ),
+    (
+        MetricId::StepsDone,
+        "Do the steps to the end: each waits until you have done what it says.",
+    ),
+    (
+        MetricId::BlindTime,
+        "Do not go on blind: stop, close the vessel that clouds the water, and let it clear.",
+    ),
+];
+
+/// At most `most` sentences for the lines that lost most points, the dearest first; none for lines that lost nothing to speak
+/// of. A line whose metric the table lacks is passed over.
+pub fn advice(card: &ScoreCard, most: usize) -> Vec<&'static str> {
+    let lost = |line: &ScoreLine| line.out_of - line.points;
+    let mut lines: Vec<&ScoreLine> = (card.lines.iter())
+        .filter(|line| lost(line) > FINE * line.out_of)
+        .collect();
+    // Stable: of equals the first in the file comes first.
+    lines.sort_by(|a, b| lost(b).total_cmp(&lost(a)));
+    let mut said = Vec::new();
+    for line in lines {
+        let sentence = ADVICE.iter().find(|(metric, _)| *metric == line.metric);
+        if let Some(&(_, sentence)) = sentence
+            && !said.contains(&sentence)
+        {
+            said.push(sentence);
+        }
+    }
+    said.truncate(most);
+    said
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metrics::Better;
+
+    fn line(metric: MetricId, points: f64, out_of: f64) -> ScoreLine {
+        let info = metric.info();
+        ScoreLine {
+            metric,
+            title: info.title,
+            unit: info.unit,
+            value: 0.0,
+            points,
+            out_of,
+            formula: String::new(),
+            basis: String::new(),
+            pars: None,
+            medal: None,
+        }
+    }
+
+    #[test]
+    fn every_metric_that_can_be_better_has_a_sentence_and_only_one() {
+        for &metric in MetricId::ALL {
+            let count = ADVICE.iter().filter(|(other, _)| *other == metric).count();
+            let wanted = usize::from(metric.info().better != Better::Neither);
+            assert_eq!(count, wanted, "{metric}");
+        }
+        assert!(ADVICE.iter().all(|(_, sentence)| sentence.ends_with('.')));
+    }
+
+    #[test]
+    fn the_dearest_loss_is_told_first_and_a_small_one_not_at_all() {
+        let card = ScoreCard {
+            lines: vec![
+                line(MetricId::Elapsed, 10.0, 15.0),
+                line(MetricId::BlindTime, 9.5, 10.0),
+                line(MetricId::BloodLost, 5.0, 30.0),
+            ],
+            ..Default::default()
+        };
+        let said = advice(&card, 3);
+        assert_eq!(said.len(), 2);
+        assert!(said[0].contains("vessel") && said[1].contains("strokes"), "{said:?}");
+        assert_eq!(advice(&card, 1), said[..1]);
+    }
+}

@@ -1,0 +1,136 @@
+//! The two walls of a gland at rest, urethra and capsule: where a point lies between them, as a surgeon says it.
+
+use std::f64::consts::TAU;
+
+use bevy::math::{DVec2, DVec3};
+use resecta_anatomy::Lattice;
+
+/// Innermost and outermost layer of a lattice, a closed contour each a slice, by rising height.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Walls {
+    rings: Vec<Ring>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Ring {
+    z: f64,
+    /// Centre of the lattice's rays.
+    centre: DVec2,
+    urethra: Vec<DVec2>,
+    capsule: Vec<DVec2>,
+}
+
+impl Walls {
+    /// The walls of a lattice at rest.
+    pub fn of_lattice(lattice: &Lattice) -> Self {
+        let shape = lattice.shape;
+        let layer = |slice, layer| {
+            (0..shape.angles)
+                .map(|angle| lattice.positions[shape.index(slice, angle, layer) as usize].truncate())
+                .collect()
+        };
+        let ring = |(slice, centre): (u32, &DVec3)| Ring {
+            z: centre.z,
+            centre: centre.truncate(),
+            urethra: layer(slice, 0),
+            capsule: layer(slice, shape.layers - 1),
+        };
+        Self {
+            rings: (0..shape.slices).zip(&lattice.centres).map(ring).collect(),
+        }
+    }
+
+    /// Heights of the first and the last slice, mm; none without slices.
+    pub fn heights_mm(&self) -> Option<(f64, f64)> {
+        Some((self.rings.first()?.z, self.rings.last()?.z))
+    }
+
+    /// Hour on the clock face about the middle of the urethra at the point's height, 0 to below 12: 12 (0) anterior (-y),
+    /// 3 patient's left (+x), 6 posterior (+y).
+    pub fn hour(&self, point: DVec3) -> f64 {
+        let centre = self.mix(point.z, |below, above, share| below.centre.lerp(above.centre, share));
+        centre.map_or(0.0, |centre| clock_hour(point.truncate() - centre))
+    }
+
+    /// Distance from the wall of the urethra in the transverse plane, mm.
+    pub fn depth_mm(&self, point: DVec3) -> f64 {
+        self.distance(point, |ring| &ring.urethra)
+    }
+
+    /// Distance from the capsule in the transverse plane, mm.
+    pub fn capsule_mm(&self, point: DVec3) -> f64 {
+        self.distance(point, |ring| &ring.capsule)
+    }
+
+    /// What the two rings about a height make, with how far the height is from the first to the second (0 to 1).
+    fn mix<T>(&self, z: f64, of: impl FnOnce(&Ring, &Ring, f64) -> T) -> Option<T> {
+        let last = self.rings.len().checked_sub(1)?;
+        let upper = self.rings.partition_point(|ring| ring.z <= z).clamp(1.min(last), last);
+        let (below, above) = (&self.rings[upper.saturating_sub(1)], &self.rings[upper]);
+        let share = (z - below.z) / (above.z - below.z);
+        Some(of(
+            below,
+            above,
+            if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 },
+        ))
+    }
+
+    fn distance(&self, point: DVec3, wall: impl Fn(&Ring) -> &Vec<DVec2>) -> f64 {
+        let contour = self.mix(point.z, |below, above, share| {
+            let pairs = wall(below).iter().zip(wall(above));
+            pairs.map(|(a, b)| a.lerp(*b, share)).collect::<Vec<_>>()
+        });
+        let contour = contour.unwrap_or_default();
+        let next = contour.iter().cycle().skip(1);
+        let squared = contour
+            .iter()
+            .zip(next)
+            .map(|(&a, &b)| squared_distance(point.truncate(), a, b));
+        squared.fold(f64::INFINITY, f64::min).sqrt()
+    }
+}
+
+/// Hour of a direction in the transverse plane: 12 anterior (-y), 3 patient's left (+x), 6 posterior (+y).
+fn clock_hour(direction: DVec2) -> f64 {
+    let turn = direction.x.atan2(-direction.y) / TAU;
+    // A turn just below 0 rounds up to a whole turn: that is hour 0.
+    let hour = turn.rem_euclid(1.0) * 12.0;
+    if hour < 12.0 { hour } else { 0.0 }
+}
+
+fn squared_distance(point: DVec2, a: DVec2, b: DVec2) -> f64 {
+    let along = b - a;
+    let share = (point - a).dot(along) / along.length_squared();
+    let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
+    point.distance_squared(a + along * share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_clock_goes_round_as_the_surgeon_sees_it() {
+        for (direction, hour) in [
+            (DVec2::NEG_Y, 0.0),
+            (DVec2::X, 3.0),
+            (DVec2::Y, 6.0),
+            (DVec2::NEG_X, 9.0),
+        ] {
+            assert!(
+                (clock_hour(direction) - hour).abs() < 1e-12,
+                "{direction} {}",
+                clock_hour(direction)
+            );
+        }
+        assert!(clock_hour(DVec2::new(-1e-300, -1.0)) < 12.0);
+    }
+
+    #[test]
+    fn distance_to_a_segment_is_to_its_nearest_point() {
+        let (a, b) = (DVec2::ZERO, DVec2::new(4.0, 0.0));
+        assert_eq!(squared_distance(DVec2::new(2.0, 3.0), a, b), 9.0);
+        assert_eq!(squared_distance(DVec2::new(7.0, 4.0), a, b), 25.0);
+        assert_eq!(squared_distance(DVec2::new(3.0, 4.0), a, a), 25.0);
+    }
+}

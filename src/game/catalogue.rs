@@ -1,0 +1,65 @@
+//! The exercises that can be chosen, each with its sketch, read when they are first looked at.
+
+use bevy::prelude::*;
+use resecta_scenario::{ExerciseError, Library, LoadedExercise};
+
+use super::sketch::Sketch;
+
+/// The shipped exercises, and one's own that the game was opened with.
+#[derive(Resource, Debug)]
+pub struct Catalogue {
+    /// Those that teach by steps first, then by name.
+    pub entries: Vec<Entry>,
+    /// Files that could not be read, and why.
+    pub refused: Vec<String>,
+    /// The one that is looked at.
+    pub selected: usize,
+}
+
+/// One exercise.
+#[derive(Debug)]
+pub struct Entry {
+    /// What its file says.
+    pub loaded: LoadedExercise,
+    sketch: Option<Sketch>,
+}
+
+impl Catalogue {
+    /// Reads all exercises of a library. One with a fault is left out and told.
+    pub fn of(library: &Library, own: Option<LoadedExercise>) -> Self {
+        let mut refused = Vec::new();
+        let mut note = |result: Result<LoadedExercise, ExerciseError>| {
+            result.map_err(|error| refused.push(error.to_string())).ok()
+        };
+        let mut loaded: Vec<LoadedExercise> = (library.exercise_names().iter())
+            .filter_map(|name| note(library.load(name)))
+            .collect();
+        if let Some(own) = own
+            && !loaded
+                .iter()
+                .any(|shipped| shipped.name == own.name && shipped.file == own.file)
+        {
+            loaded.push(own);
+        }
+        loaded.sort_by_key(|loaded| loaded.exercise.steps.is_empty());
+        let entries = loaded.into_iter().map(|loaded| Entry { loaded, sketch: None });
+        Self {
+            entries: entries.collect(),
+            refused,
+            selected: 0,
+        }
+    }
+
+    /// Looks at the exercise of this name.
+    pub fn select(&mut self, name: &str) {
+        let place = self.entries.iter().position(|entry| entry.loaded.name == name);
+        self.selected = place.unwrap_or(self.selected);
+    }
+}
+
+impl Entry {
+    /// The sketch of its case, made at first sight.
+    pub fn sketch(&mut self) -> &Sketch {
+        self.sketch.get_or_insert_with(|| Sketch::of(&self.loaded))
+    }
+}

@@ -1,0 +1,174 @@
+//! The debriefing: what a run came to. Pages for the score, the course over time, and the map of what was cut.
+
+mod map;
+mod plots;
+mod score;
+
+use bevy::prelude::*;
+use bevy_egui::{
+    EguiContexts, EguiPrimaryContextPass,
+    egui::{self, Align2, FontId, RichText, Ui},
+};
+use resecta_scenario::{ActiveExercise, CutMap, EndReason, MetricId, Metrics, RunLog, RunState, ScoreCard};
+use resecta_tissue::Tissue;
+
+use super::{
+    flow::{GameFlow, Phase, Wish},
+    history::History,
+    menu::{self, MenuFocus, MenuSystems},
+    moments::Moments,
+    palette,
+    panel::clock,
+};
+
+/// Height of a row of the map, mm.
+const ROW_MM: f64 = 2.0;
+/// Columns of the map: a quarter of an hour each.
+const COLUMNS: usize = 48;
+
+pub fn plugin(app: &mut App) {
+    app.init_resource::<Debriefing>()
+        .add_systems(Update, gather)
+        .add_systems(EguiPrimaryContextPass, show.in_set(MenuSystems::Show));
+}
+
+/// A page of the debriefing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Page {
+    #[default]
+    Score,
+    Course,
+    Map,
+}
+
+impl Page {
+    const ALL: [(Page, &str); 3] = [
+        (Page::Score, "Score"),
+        (Page::Course, "Over time"),
+        (Page::Map, "What was cut"),
+    ];
+}
+
+/// What the debriefing shows, gathered when a run ends.
+#[derive(Resource, Debug, Default)]
+struct Debriefing {
+    page: Page,
+    map: Option<CutMap>,
+}
+
+/// Makes the map once, when the debriefing opens.
+fn gather(
+    flow: Res<GameFlow>,
+    active: Option<Res<ActiveExercise>>,
+    tissues: Query<&Tissue>,
+    mut debriefing: ResMut<Debriefing>,
+) {
+    if flow.phase != Phase::Result {
+        if debriefing.map.is_some() {
+            *debriefing = default();
+        }
+        return;
+    }
+    if debriefing.map.is_none()
+        && let Some(active) = active
+        && let Ok(tissue) = tissues.get(active.tissue)
+    {
+        let map = CutMap::new(tissue.solver(), &active.walls, &active.marked, ROW_MM, COLUMNS);
+        debriefing.map = Some(map);
+    }
+}
+
+fn show(
+    mut contexts: EguiContexts,
+    active: Option<Res<ActiveExercise>>,
+    state: Res<RunState>,
+    card: Res<ScoreCard>,
+    metrics: Res<Metrics>,
+    (log, history, focus, moments): (Res<RunLog>, Res<History>, Res<MenuFocus>, Res<Moments>),
+    mut debriefing: ResMut<Debriefing>,
+    mut flow: ResMut<GameFlow>,
+) -> Result {
+    let (Some(active), RunState::Ended(reason)) = (active, *state) else {
+        return Ok(());
+    };
+    if flow.phase != Phase::Result || flow.help {
+        return Ok(());
+    }
+    let context = contexts.ctx_mut()?;
+    menu::full_screen(context, "debriefing", palette::GROUND, |ui| {
+        header(ui, &active, reason, &card, &metrics);
+        ui.add_space(4.0);
+        ui.horizontal(|ui| {
+            for (page, name) in Page::ALL {
+                let is_shown = debriefing.page == page;
+                let text = RichText::new(name).color(if is_shown { palette::ACCENT } else { palette::TEXT });
+                let button = egui::Button::new(text)
+                    .selected(false)
+                    .min_size(egui::vec2(120.0, 32.0));
+                if ui.add(button).clicked() {
+                    debriefing.page = page;
+                }
+            }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                menu::wish(ui, "Quit", Wish::Quit, false, &mut flow);
+                menu::wish(ui, "Another exercise (Esc)", Wish::Choose, false, &mut flow);
+                menu::wish(ui, "Again (R)", Wish::Restart, focus.lead, &mut flow);
+            });
+        });
+        ui.separator();
+        match debriefing.page {
+            Page::Score => score::show(ui, &active, &card, &history, &moments),
+            Page::Course => plots::show(ui, &active, &log),
+            Page::Map => {
+                if let Some(map) = &debriefing.map {
+                    map::show(ui, &active, map);
+                }
+            }
+        }
+        let area = ui.ctx().viewport_rect().shrink2(egui::vec2(40.0, 10.0));
+        ui.painter().text(
+            area.right_bottom(),
+            Align2::RIGHT_BOTTOM,
+            "Not validated for training",
+            FontId::proportional(12.5),
+            palette::WEAK,
+        );
+    });
+    Ok(())
+}
+
+/// How it ended, and the total.
+fn header(ui: &mut Ui, active: &ActiveExercise, reason: EndReason, card: &ScoreCard, metrics: &Metrics) {
+    let (headline, colour) = match reason {
+        EndReason::GoalsReached => ("Every goal reached", palette::GOOD),
+        EndReason::TimeUp => ("Time is up", palette::CAREFUL),
+        EndReason::InputEnded => ("The recording is over", palette::TEXT),
+        EndReason::Player => ("Ended before the goal", palette::TEXT),
+    };
+    ui.horizontal(|ui| {
+        ui.vertical(|ui| {
+            ui.label(RichText::new(&active.exercise.title).size(15.0).color(palette::WEAK));
+            ui.label(RichText::new(headline).size(28.0).strong().color(colour));
+            let strokes = metrics.value(MetricId::Strokes);
+            ui.label(format!(
+                "{:.2} g removed in {}, {strokes:.0} {}",
+                metrics.value(MetricId::RemovedMass),
+                clock(metrics.elapsed_s()),
+                if strokes == 1.0 { "cut" } else { "cuts" }
+            ));
+        });
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            ui.label(
+                RichText::new(format!("of {:.0}", card.out_of))
+                    .size(20.0)
+                    .color(palette::WEAK),
+            );
+            ui.label(
+                RichText::new(format!("{:.0}", card.total))
+                    .size(54.0)
+                    .strong()
+                    .color(palette::ACCENT),
+            );
+        });
+    });
+}

@@ -1,0 +1,137 @@
+//! The course of a run over time: volume removed, blood lost, pressure in the bladder, view.
+
+use bevy_egui::egui::{self, Color32, RichText, Ui};
+use egui_plot::{HLine, Line, LineStyle, Plot, PlotPoints, VLine};
+use resecta_scenario::{ActiveExercise, LogSample, RunLog};
+
+use super::super::{menu, palette};
+
+/// Pressure from which irrigant gets into opened veins, cmH2O: 2 kPa.
+const ABSORBING_CMH2O: f64 = 20.4;
+
+/// One curve.
+struct Curve {
+    title: &'static str,
+    unit: &'static str,
+    colour: Color32,
+    of: fn(&LogSample) -> f64,
+    /// The least range of its axis.
+    up_to: f64,
+    /// Something to stay on one side of, and what it is.
+    bound: Option<(f64, &'static str)>,
+}
+
+/// Shows the page.
+pub fn show(ui: &mut Ui, active: &ActiveExercise, log: &RunLog) {
+    let [removed, blood, pressure, view] = palette::CURVES;
+    let curve = |title, unit, colour, of, up_to, bound| Curve {
+        title,
+        unit,
+        colour,
+        of,
+        up_to,
+        bound,
+    };
+    let wet = active.exercise.models.water.is_some();
+    let mut curves = vec![curve("Tissue removed", "ml", removed, |s| s.removed_ml, 0.5, None)];
+    if wet {
+        let absorbing = Some((ABSORBING_CMH2O, "veins take up irrigant above"));
+        curves.push(curve("Blood lost", "ml", blood, |s| s.blood_ml, 5.0, None));
+        curves.push(curve(
+            "Pressure in the bladder",
+            "cmH2O",
+            pressure,
+            |s| s.pressure_cmh2o,
+            30.0,
+            absorbing,
+        ));
+        let blind = Some((30.0, "blind below"));
+        curves.push(curve("View", "%", view, |s| 100.0 * s.visibility, 100.0, blind));
+    }
+    let touches: Vec<f64> = (log.samples.iter())
+        .filter(|sample| sample.capsule)
+        .map(|sample| sample.time_s)
+        .collect();
+    let columns = if wet { 2 } else { 1 };
+    let rows = curves.len().div_ceil(columns);
+    let height = (ui.available_height() - 30.0) / rows as f32 - 34.0;
+    for pair in curves.chunks(columns) {
+        ui.columns(columns, |uis| {
+            for (ui, curve) in uis.iter_mut().zip(pair) {
+                plot(ui, curve, log, &touches, height);
+            }
+        });
+    }
+    let mut note = "Time in seconds.".to_owned();
+    if !touches.is_empty() {
+        note.push_str(" Dashed upright lines: the loop on the capsule with current on.");
+    }
+    if !wet {
+        note.push_str(" This exercise is dry: no blood, no water.");
+    }
+    ui.label(RichText::new(note).size(12.5).color(palette::WEAK));
+}
+
+fn plot(ui: &mut Ui, curve: &Curve, log: &RunLog, touches: &[f64], height: f32) {
+    let last = log.samples.last().map_or(0.0, curve.of);
+    ui.horizontal(|ui| {
+        menu::caption(ui, &format!("{}, {}", curve.title, curve.unit));
+        ui.label(
+            RichText::new(format!("{last:.1} at the end"))
+                .size(12.5)
+                .color(palette::WEAK),
+        );
+        if let Some((value, what)) = curve.bound {
+            ui.label(
+                RichText::new(format!("{what} {value:.0} (dotted)"))
+                    .size(12.5)
+                    .color(palette::WEAK),
+            );
+        }
+    });
+    let points: PlotPoints = log
+        .samples
+        .iter()
+        .map(|sample| [sample.time_s, (curve.of)(sample)])
+        .collect();
+    let (colour, bound) = (curve.colour, curve.bound);
+    let touches = touches.to_vec();
+    Plot::new(curve.title)
+        .height(height)
+        .allow_zoom(false)
+        .allow_drag(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_axis_zoom_drag(false)
+        .allow_double_click_reset(false)
+        // Nothing in it is pressed: the focus passes over it.
+        .sense(egui::Sense::hover())
+        .include_x(0.0)
+        .include_y(0.0)
+        .include_y(curve.up_to)
+        .set_margin_fraction(egui::vec2(0.0, 0.06))
+        .y_axis_min_width(34.0)
+        .show(ui, |plot| {
+            for time_s in touches {
+                plot.vline(
+                    VLine::new("capsule", time_s)
+                        .color(palette::BAD.gamma_multiply(0.7))
+                        .style(LineStyle::dashed_loose()),
+                );
+            }
+            if let Some((value, what)) = bound {
+                plot.hline(
+                    HLine::new(what, value)
+                        .color(palette::WEAK)
+                        .style(LineStyle::dotted_dense()),
+                );
+            }
+            plot.line(
+                Line::new("", points)
+                    .color(colour)
+                    .width(2.2)
+                    .fill(0.0)
+                    .fill_alpha(0.10),
+            );
+        });
+}

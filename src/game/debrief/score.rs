@@ -1,0 +1,188 @@
+//! The score line by line against its pars, views at key moments, and what to do better.
+
+use bevy_egui::egui::{self, RichText, Sense, Stroke, Ui};
+use resecta_scenario::{ActiveExercise, Medal, ScoreCard, ScoreLine, advice};
+
+use super::{
+    super::{history::History, menu, moments::Moments, palette},
+    clock,
+};
+
+/// Sentences of advice at most.
+const SENTENCES: usize = 3;
+/// Runs of one's own that are compared with.
+const RUNS: usize = 6;
+
+/// Shows the page.
+pub fn show(ui: &mut Ui, active: &ActiveExercise, card: &ScoreCard, history: &History, moments: &Moments) {
+    let width = ui.available_width();
+    ui.horizontal_top(|ui| {
+        menu::part(ui, [width * 0.66, ui.available_height()], |ui| {
+            lines(ui, card);
+            ui.add_space(6.0);
+            let note = "Points follow the formula that the exercise file states; medals are told beside it and earn no \
+                            points. Point at a line for its formula and where its values come from.";
+            ui.label(RichText::new(note).size(12.5).color(palette::WEAK));
+            views(ui, moments);
+        });
+        ui.add_space(14.0);
+        ui.vertical(|ui| {
+            menu::card(ui, |ui| {
+                ui.set_width(ui.available_width());
+                menu::caption(ui, "What to do better");
+                let said = advice(card, SENTENCES);
+                if said.is_empty() {
+                    ui.label("Nothing lost points to speak of. Try it on another gland.");
+                }
+                for (number, sentence) in said.iter().enumerate() {
+                    ui.label(RichText::new(format!("{}. {sentence}", number + 1)).size(15.5));
+                }
+            });
+            ui.add_space(8.0);
+            menu::card(ui, |ui| {
+                ui.set_width(ui.available_width());
+                own_runs(ui, &active.name, history);
+            });
+        });
+    });
+}
+
+fn lines(ui: &mut Ui, card: &ScoreCard) {
+    egui::Grid::new("lines")
+        .num_columns(5)
+        .striped(true)
+        .spacing([20.0, 15.0])
+        .show(ui, |ui| {
+            for title in ["", "Value", "Bronze, silver, gold", "", "Points"] {
+                ui.label(RichText::new(title).size(13.0).color(palette::WEAK));
+            }
+            ui.end_row();
+            for line in &card.lines {
+                let mut basis = format!("{}\n{}", line.formula, line.basis);
+                if let Some(pars) = &line.pars {
+                    basis.push_str(&format!("\nBronze, silver, gold: {}", pars.basis));
+                }
+                ui.label(RichText::new(line.title).size(17.0)).on_hover_text(basis);
+                ui.label(RichText::new(value(line, line.value)).size(17.0));
+                pars(ui, line);
+                bar(ui, line);
+                ui.label(
+                    RichText::new(format!("{:.1} of {:.0}", line.points, line.out_of))
+                        .size(17.0)
+                        .strong(),
+                );
+                ui.end_row();
+            }
+        });
+    ui.add_space(4.0);
+    for goal in &card.goals {
+        let (sign, colour) = if goal.reached {
+            ("✔", palette::GOOD)
+        } else {
+            ("✖", palette::CAREFUL)
+        };
+        ui.label(RichText::new(format!("{sign} {}", goal.goal)).color(colour));
+    }
+}
+
+/// A value of a line's metric with its unit; shares as percentages.
+fn value(line: &ScoreLine, value: f64) -> String {
+    let is_share = line.metric.info().id.ends_with("_share");
+    match line.unit {
+        "1" if is_share => format!("{:.0} %", 100.0 * value),
+        "1" => format!("{value:.0}"),
+        "s" => format!("{value:.0} s"),
+        unit => format!("{value:.1} {unit}"),
+    }
+}
+
+/// The three pars, the best one earned filled in.
+fn pars(ui: &mut Ui, line: &ScoreLine) {
+    let Some(pars) = &line.pars else {
+        ui.label(RichText::new("no pars").size(13.0).color(palette::WEAK));
+        return;
+    };
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 5.0;
+        for medal in Medal::ALL {
+            let is_earned = line.medal.is_some_and(|earned| earned >= medal);
+            let colour = palette::medal(medal);
+            let (fill, text) = if is_earned {
+                (colour, palette::GROUND)
+            } else {
+                (palette::GROUND, palette::WEAK)
+            };
+            let sign = if is_earned { "✔ " } else { "" };
+            egui::Frame::new()
+                .fill(fill)
+                .stroke(Stroke::new(1.5, if is_earned { colour } else { palette::LINE }))
+                .corner_radius(10)
+                .inner_margin(egui::Margin::symmetric(8, 2))
+                .show(ui, |ui| {
+                    let words = format!("{sign}{}", value(line, pars.of(medal)));
+                    ui.label(RichText::new(words).size(13.0).color(text))
+                        .on_hover_text(medal.name());
+                });
+        }
+    });
+}
+
+/// Points earned as a bar.
+fn bar(ui: &mut Ui, line: &ScoreLine) {
+    let (area, _) = ui.allocate_exact_size(egui::vec2(130.0, 12.0), Sense::hover());
+    let share = if line.out_of > 0.0 {
+        line.points / line.out_of
+    } else {
+        0.0
+    };
+    let mut filled = area;
+    filled.set_width(area.width() * share.clamp(0.0, 1.0) as f32);
+    ui.painter().rect_filled(area, 6.0, palette::BUTTON);
+    ui.painter().rect_filled(filled, 6.0, palette::ACCENT);
+}
+
+/// Pictures of key moments, as large as there is room for.
+fn views(ui: &mut Ui, moments: &Moments) {
+    if moments.kept().next().is_none() {
+        return;
+    }
+    ui.add_space(6.0);
+    let side = (ui.available_height() - 26.0)
+        .min(ui.available_width() / 3.0 - 12.0)
+        .max(80.0);
+    ui.horizontal_top(|ui| {
+        for kept in moments.kept() {
+            ui.vertical(|ui| {
+                let words = format!("{}, {}", clock(kept.time_s), kept.words);
+                ui.label(RichText::new(words).size(12.5).color(palette::WEAK));
+                ui.image((kept.texture, egui::vec2(side, side)));
+            });
+        }
+    });
+}
+
+/// This run beside the player's own.
+fn own_runs(ui: &mut Ui, exercise: &str, history: &History) {
+    menu::caption(ui, "Your runs");
+    let best = history.best(exercise);
+    egui::Grid::new("own runs")
+        .num_columns(4)
+        .spacing([18.0, 4.0])
+        .show(ui, |ui| {
+            for (number, run) in history.of(exercise).rev().take(RUNS).enumerate() {
+                let is_best = best.is_some_and(|best| std::ptr::eq(best, run));
+                let name = match number {
+                    0 => "This run".to_owned(),
+                    number => format!("{number} before"),
+                };
+                ui.label(RichText::new(name).color(if number == 0 { palette::TEXT } else { palette::WEAK }));
+                ui.label(RichText::new(format!("{:.0} of {:.0}", run.score, run.out_of)).color(palette::ACCENT));
+                ui.label(clock(run.elapsed_s));
+                ui.label(RichText::new(if is_best { "best" } else { "" }).color(palette::GOOD));
+                ui.end_row();
+            }
+        });
+    if let Some(trouble) = &history.trouble {
+        ui.label(RichText::new(trouble).color(palette::CAREFUL));
+    }
+}

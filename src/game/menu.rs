@@ -1,0 +1,267 @@
+//! What every screen is made of: size by the window's height, buttons that the keyboard reaches, frames.
+
+use bevy::{prelude::*, window::PrimaryWindow};
+use bevy_egui::{
+    EguiContexts, EguiPrimaryContextPass,
+    egui::{self, Align2, Color32, Context, CornerRadius, FontId, RichText, Stroke, Ui},
+};
+
+use super::{
+    flow::{GameFlow, Phase, Wish},
+    palette,
+};
+
+/// The window that screens are laid out for, points; larger ones show the same larger.
+const LAID_OUT_FOR: [f32; 2] = [1280.0, 720.0];
+
+pub fn plugin(app: &mut App) {
+    app.init_resource::<UiZoom>()
+        .init_resource::<MenuFocus>()
+        .add_systems(First, follow_window)
+        .add_systems(EguiPrimaryContextPass, prepare.in_set(MenuSystems::Prepare))
+        .configure_sets(
+            EguiPrimaryContextPass,
+            (MenuSystems::Prepare, MenuSystems::Show).chain(),
+        );
+}
+
+/// The order in which screens are made.
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum MenuSystems {
+    /// Style and focus.
+    Prepare,
+    /// The screens.
+    Show,
+}
+
+/// Logical pixels of the window to a point of the screens.
+#[derive(Resource, Debug, Clone, Copy, PartialEq)]
+pub struct UiZoom(pub f32);
+
+impl Default for UiZoom {
+    fn default() -> Self {
+        Self(1.0)
+    }
+}
+
+/// Which screen the keyboard was last led into.
+#[derive(Resource, Debug, Default)]
+pub struct MenuFocus {
+    screen: Option<(Phase, bool)>,
+    /// Whether the first button is to have the focus in this frame.
+    pub lead: bool,
+}
+
+fn follow_window(windows: Query<&Window, With<PrimaryWindow>>, mut zoom: ResMut<UiZoom>) {
+    let Ok(window) = windows.single() else { return };
+    let fits = zoom_for(window.width(), window.height());
+    if zoom.0 != fits {
+        zoom.0 = fits;
+    }
+}
+
+/// As large as fits, but still readable in a small window.
+fn zoom_for(width: f32, height: f32) -> f32 {
+    let fits = (width / LAID_OUT_FOR[0]).min(height / LAID_OUT_FOR[1]);
+    // In steps, so that a window that is dragged does not make all letters anew in every frame.
+    ((fits * 20.0).floor() / 20.0).clamp(0.75, 4.0)
+}
+
+fn prepare(
+    mut contexts: EguiContexts,
+    zoom: Res<UiZoom>,
+    flow: Res<GameFlow>,
+    mut focus: ResMut<MenuFocus>,
+    mut styled: Local<bool>,
+) -> Result {
+    let context = contexts.ctx_mut()?;
+    if context.zoom_factor() != zoom.0 {
+        context.set_zoom_factor(zoom.0);
+    }
+    if !*styled {
+        style(context);
+        *styled = true;
+    }
+    let screen = Some((flow.phase, flow.help));
+    let focused = context.memory(|memory| memory.focused());
+    if flow.is_live() {
+        // Space, arrows and Enter are the instrument's.
+        if let Some(id) = focused {
+            context.memory_mut(|memory| memory.surrender_focus(id));
+        }
+    }
+    let is_asked_for = focused.is_none()
+        && context.input(|input| {
+            use egui::Key::{ArrowDown, ArrowLeft, ArrowRight, ArrowUp, Enter};
+            [ArrowDown, ArrowLeft, ArrowRight, ArrowUp, Enter]
+                .into_iter()
+                .any(|key| input.key_pressed(key))
+        });
+    focus.lead = focus.screen != screen || is_asked_for;
+    focus.screen = screen;
+    Ok(())
+}
+
+fn style(context: &Context) {
+    context.set_theme(egui::Theme::Dark);
+    context.all_styles_mut(|style| {
+        use egui::TextStyle::{Body, Button, Heading, Monospace, Small};
+        for (text, size) in [
+            (Small, 12.0),
+            (Body, 14.5),
+            (Button, 15.5),
+            (Heading, 24.0),
+            (Monospace, 13.5),
+        ] {
+            style.text_styles.insert(text, FontId::proportional(size));
+        }
+        style.spacing.button_padding = egui::vec2(14.0, 7.0);
+        style.spacing.item_spacing = egui::vec2(8.0, 7.0);
+        let visuals = &mut style.visuals;
+        visuals.panel_fill = palette::GROUND;
+        visuals.window_fill = palette::GROUND.gamma_multiply(0.97);
+        visuals.window_stroke = Stroke::new(1.0, palette::LINE);
+        visuals.window_corner_radius = CornerRadius::same(10);
+        visuals.extreme_bg_color = Color32::from_rgb(9, 11, 14);
+        visuals.faint_bg_color = palette::CARD;
+        visuals.selection.bg_fill = palette::MARK;
+        let widgets = &mut visuals.widgets;
+        widgets.noninteractive.fg_stroke.color = palette::TEXT;
+        widgets.noninteractive.bg_stroke.color = palette::LINE;
+        for (widget, fill, frame) in [
+            (&mut widgets.inactive, palette::BUTTON, Stroke::new(1.0, palette::LINE)),
+            (
+                &mut widgets.hovered,
+                palette::BUTTON_HOVERED,
+                Stroke::new(1.0, palette::WEAK),
+            ),
+            (
+                &mut widgets.active,
+                palette::BUTTON_HOVERED,
+                Stroke::new(2.5, palette::FOCUS),
+            ),
+        ] {
+            widget.weak_bg_fill = fill;
+            widget.bg_fill = fill;
+            widget.bg_stroke = frame;
+            widget.fg_stroke.color = palette::TEXT;
+            widget.corner_radius = CornerRadius::same(6);
+            widget.expansion = 0.0;
+        }
+    });
+}
+
+/// A button. `lead` gives it the keyboard's focus.
+pub fn button(ui: &mut Ui, text: impl Into<String>, lead: bool) -> egui::Response {
+    sized_button(ui, text, [0.0, 34.0], lead)
+}
+
+/// A button of at least this size, points.
+pub fn sized_button(ui: &mut Ui, text: impl Into<String>, size: [f32; 2], lead: bool) -> egui::Response {
+    let button = egui::Button::new(RichText::new(text.into())).min_size(size.into());
+    let response = ui.add(button);
+    if lead {
+        response.request_focus();
+    }
+    response
+}
+
+/// A button that asks for something.
+pub fn wish(ui: &mut Ui, text: &str, wish: Wish, lead: bool, flow: &mut GameFlow) {
+    if button(ui, text, lead).clicked() {
+        flow.wish(wish);
+    }
+}
+
+/// The whole window as one screen, with this ground.
+pub fn full_screen(context: &Context, name: &str, ground: Color32, contents: impl FnOnce(&mut Ui)) {
+    let area = context.viewport_rect();
+    let builder = egui::UiBuilder::new()
+        .layer_id(egui::LayerId::background())
+        .max_rect(area.shrink2(egui::vec2(40.0, 28.0)));
+    let mut ui = Ui::new(context.clone(), egui::Id::new(name), builder);
+    ui.set_clip_rect(area);
+    ui.painter().rect_filled(area, 0.0, ground);
+    contents(&mut ui);
+}
+
+/// A window in the middle of the screen, moved to the left by half of `beside`, points.
+pub fn window(context: &Context, title: &str, width: f32, beside: f32, contents: impl FnOnce(&mut Ui)) {
+    let area = context.viewport_rect();
+    let width = width.min(area.width() - beside - 60.0).max(160.0);
+    let highest = area.height() - 110.0;
+    egui::Window::new(title)
+        .id(egui::Id::new(title))
+        .anchor(Align2::CENTER_CENTER, [-beside / 2.0, 0.0])
+        .fixed_size([width, 0.0])
+        .frame(
+            egui::Frame::window(&context.global_style())
+                .inner_margin(20)
+                .fill(palette::GROUND),
+        )
+        .title_bar(false)
+        .collapsible(false)
+        .resizable(false)
+        .show(context, |ui| {
+            ui.label(RichText::new(title).size(24.0).strong());
+            ui.add_space(4.0);
+            egui::ScrollArea::vertical()
+                .max_height(highest)
+                .min_scrolled_height(highest)
+                .show(ui, contents)
+        });
+}
+
+/// A part of a screen of this size, points, filled from the top down.
+pub fn part<R>(ui: &mut Ui, size: [f32; 2], contents: impl FnOnce(&mut Ui) -> R) -> R {
+    let layout = egui::Layout::top_down(egui::Align::Min);
+    ui.allocate_ui_with_layout(size.into(), layout, |ui| {
+        ui.set_width(size[0]);
+        contents(ui)
+    })
+    .inner
+}
+
+/// A framed part of a screen.
+pub fn card<R>(ui: &mut Ui, contents: impl FnOnce(&mut Ui) -> R) -> R {
+    egui::Frame::new()
+        .fill(palette::CARD)
+        .corner_radius(8)
+        .inner_margin(14)
+        .show(ui, contents)
+        .inner
+}
+
+/// A caption above a part of a screen.
+pub fn caption(ui: &mut Ui, text: &str) {
+    ui.label(RichText::new(text).size(13.0).strong().color(palette::ACCENT));
+}
+
+/// A key's name as on a key cap.
+pub fn key_cap(ui: &mut Ui, name: &str) {
+    egui::Frame::new()
+        .fill(palette::BUTTON)
+        .stroke(Stroke::new(1.0, palette::WEAK))
+        .corner_radius(4)
+        .inner_margin(egui::Margin::symmetric(7, 2))
+        .show(ui, |ui| ui.label(RichText::new(name).color(palette::TEXT).strong()));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::zoom_for;
+
+    #[test]
+    fn screens_are_laid_out_for_one_size_and_fit_every_other() {
+        assert_eq!(zoom_for(1280.0, 720.0), 1.0);
+        assert_eq!(zoom_for(2560.0, 1440.0), 2.0);
+        for width in (900..4000).step_by(173) {
+            for height in (560..2400).step_by(91) {
+                let (width, height) = (width as f32, height as f32);
+                let zoom = zoom_for(width, height);
+                let fits = zoom * 1280.0 <= width && zoom * 720.0 <= height;
+                assert!(fits || zoom == 0.75, "{width} {height} {zoom}");
+            }
+        }
+    }
+}
