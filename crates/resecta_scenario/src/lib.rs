@@ -11,6 +11,7 @@
 //! | which rules it must keep | `rules.rs` |
 //! | which tissue is marked | `region.rs` |
 //! | which blood and water it has | `water.rs` |
+//! | whether what is cut free floats | `chips.rs` |
 //! | the table of metrics, and how each is measured | `metrics/` |
 //! | how points follow from metrics | `score.rs` |
 //! | the order of a step | `plugin.rs` |
@@ -28,6 +29,7 @@
 //! ```
 
 mod active;
+mod chips;
 mod errors;
 mod exercise;
 mod library;

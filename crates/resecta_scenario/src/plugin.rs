@@ -4,13 +4,14 @@ use bevy::{
     ecs::schedule::{InternedScheduleLabel, ScheduleLabel},
     prelude::*,
 };
+use resecta_chips::{ChipSystems, Chips};
 use resecta_fluid::{Bladder, Circulation, FluidSystems, RedOut, Turbidity};
 use resecta_instrument::{InstrumentPlayback, InstrumentState, Resectoscope};
 use resecta_tissue::{TissueContact, TissueResected, TissueSystems};
 
 use crate::{
     active::ActiveExercise,
-    metrics::{Metrics, StepObservation, WaterStep},
+    metrics::{ChipMasses, Metrics, StepObservation, WaterStep},
     score::ScoreCard,
     state::{CapsulePerforated, EndReason, RunState},
     trace::{Trace, TraceRow},
@@ -80,6 +81,7 @@ impl Plugin for ScenarioPlugin {
                     .chain()
                     .after(TissueSystems::Last)
                     .after(FluidSystems::Last)
+                    .after(ChipSystems::Last)
                     .run_if(resource_exists::<ActiveExercise>),
             )
             .configure_sets(
@@ -91,6 +93,8 @@ impl Plugin for ScenarioPlugin {
                     FluidSystems::Flow,
                     FluidSystems::Account,
                     FluidSystems::View,
+                    ChipSystems::Take,
+                    ChipSystems::Move,
                 )
                     .run_if(water_runs),
             )
@@ -98,7 +102,7 @@ impl Plugin for ScenarioPlugin {
                 self.schedule,
                 (
                     water::follow_lens.in_set(FluidSystems::First),
-                    (observe, observe_water).chain().in_set(Observe),
+                    (observe, observe_water, observe_chips).chain().in_set(Observe),
                     measure.in_set(Measure),
                     record.in_set(Record).run_if(resource_exists::<Trace>),
                     judge.in_set(Judge),
@@ -165,6 +169,15 @@ fn observe_water(
     };
 }
 
+/// Where what was cut free is now.
+fn observe_chips(chips: Option<Res<Chips>>, mut step: ResMut<StepObservation>) {
+    let totals = chips.map(|chips| chips.totals()).unwrap_or_default();
+    step.chips = ChipMasses {
+        in_body_g: totals.in_body_g,
+        flushed_g: totals.flushed_g,
+    };
+}
+
 fn measure(
     mut commands: Commands,
     step: Res<StepObservation>,
@@ -178,6 +191,7 @@ fn measure(
     metrics.current.observe(&step);
     metrics.motion.observe(&step);
     metrics.water.observe(&step);
+    metrics.chips.observe(&step);
     if step.current_on_capsule
         && step.capsule_cut_mm2 > 0.0
         && let Ok((state, resectoscope)) = instruments.get(active.instrument)

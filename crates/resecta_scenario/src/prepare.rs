@@ -7,6 +7,7 @@ use resecta_solver::{Material, TissueMesh};
 use serde::Serialize;
 
 use crate::{
+    chips::{self, PreparedChips},
     errors::{ExerciseError, RuleError},
     exercise::InstrumentSetup,
     library::LoadedExercise,
@@ -37,6 +38,8 @@ pub struct PreparedExercise {
     pub start: InstrumentState,
     /// Its blood and water.
     pub(crate) water: Option<PreparedWater>,
+    /// Its floating chips.
+    pub(crate) chips: Option<PreparedChips>,
 }
 
 /// A lattice in numbers.
@@ -113,6 +116,9 @@ impl LoadedExercise {
         };
         let water = models.water.as_ref().map(|water| water.prepare(&tissue));
         let water = water.transpose().map_err(broken)?;
+        let density = material.density_g_per_mm3;
+        let floating = (models.chips).map(|settings| chips::prepare(settings, &self.case, &resectoscope, density));
+        let floating = floating.transpose().map_err(broken)?;
         let adenoma =
             (0..tissue.pentahedron_count() as u32).filter(|&index| tissue.pentahedron_zone(index).is_adenoma());
         Ok(PreparedExercise {
@@ -132,6 +138,7 @@ impl LoadedExercise {
             resectoscope,
             start,
             water,
+            chips: floating,
             loaded: self,
         })
     }

@@ -4,6 +4,7 @@
 //! [`StepObservation`] a fixed step of a running exercise and nothing else, so the same run measures the same values.
 
 mod capsule;
+mod chips;
 mod current;
 mod motion;
 mod observation;
@@ -14,6 +15,7 @@ mod water;
 use bevy::prelude::*;
 
 pub use capsule::CapsuleTouches;
+pub use chips::ChipMasses;
 pub use current::CurrentUse;
 pub use motion::TipMotion;
 pub use observation::StepObservation;
@@ -39,6 +41,8 @@ pub struct Metrics {
     pub motion: TipMotion,
     /// What blood and water did.
     pub water: BloodAndWater,
+    /// Where the cut tissue is.
+    pub chips: ChipMasses,
 }
 
 impl Metrics {
@@ -50,6 +54,7 @@ impl Metrics {
             current,
             motion,
             water,
+            chips,
             ..
         } = self;
         match metric {
@@ -78,6 +83,8 @@ impl Metrics {
             MetricId::Irrigated => water.irrigated_ml,
             MetricId::Absorbed => water.absorbed_ml,
             MetricId::BlindTime => water.blind_s,
+            MetricId::ChipsInBladder => chips.in_body_g,
+            MetricId::ChipsFlushed => chips.flushed_g,
         }
     }
 
