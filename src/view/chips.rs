@@ -40,8 +40,7 @@ fn dress(
                 sharpness: 40.0,
                 ..default()
             };
-            [look.clone().under_lamp(), Look { gloss: 0.2, ..look }]
-                .map(|look| materials.add(ViewMaterial::from(look)))
+            [look.clone().under_lamp(), Look { gloss: 0.2, ..look }].map(|look| materials.add(ViewMaterial::from(look)))
         });
         let mesh = meshes.add(body(&chip.chip));
         commands

@@ -21,10 +21,10 @@ use super::{
 };
 
 /// Most sparks and bubbles at once.
-const SPARKS: usize = 14;
+const SPARKS: usize = 20;
 const BUBBLES: usize = 28;
 /// New ones a second under the cutting current; the other makes a third.
-const SPARKS_PER_S: f32 = 160.0;
+const SPARKS_PER_S: f32 = 260.0;
 const BUBBLES_PER_S: f32 = 30.0;
 /// Life of a spark and of a bubble, s.
 const SPARK_S: f32 = 0.07;
@@ -34,7 +34,7 @@ const RISE_MM_PER_S: f32 = 38.0;
 /// How long after the last sign of tissue the wire still sparks, s: steps may take turns with frames.
 const LINGER_S: f32 = 0.05;
 /// Radius of the glow about the wire, mm.
-const GLOW_MM: f32 = 0.75;
+const GLOW_MM: f32 = 0.6;
 /// Corners of a bubble's outline.
 const CORNERS: usize = 12;
 /// Light falls to a quarter at this distance from the lens, mm, as the lamp's.
@@ -49,7 +49,7 @@ pub fn plugin(app: &mut App) {
 struct Particle {
     place: Vec3,
     velocity: Vec3,
-    /// mm: half the length of a spark, the radius of a bubble.
+    /// Radius, mm: of a spark's glare, of a bubble.
     size: f32,
     /// s; dead from its life on.
     age: f32,
@@ -141,10 +141,18 @@ fn live(
     if let Some((scope, state)) = instrument {
         let sheath = scope.sheath_pose(state);
         particles.wire.clear();
-        particles
-            .wire
-            .extend(scope.geometry.loop_wire(state.stroke_mm).into_iter().map(|point| sheath * point));
-        particles.colour = if state.cut { palette::CUTTING } else { palette::COAGULATING };
+        particles.wire.extend(
+            scope
+                .geometry
+                .loop_wire(state.stroke_mm)
+                .into_iter()
+                .map(|point| sheath * point),
+        );
+        particles.colour = if state.cut {
+            palette::CUTTING
+        } else {
+            palette::COAGULATING
+        };
     }
 
     for particle in particles.sparks.iter_mut().chain(&mut particles.bubbles) {
@@ -166,7 +174,7 @@ fn live(
             particles.sparks.push(Particle {
                 place: place + chance.vector() * 0.25,
                 velocity: chance.vector() * 12.0,
-                size: 0.16 + 0.34 * chance.next(),
+                size: 0.12 + 0.30 * chance.next() * chance.next(),
                 age: 0.0,
                 life: SPARK_S * (0.4 + chance.next()),
                 chance: chance.next(),
@@ -260,7 +268,11 @@ fn draw(
     }
     let mut light = Brush::default();
     if particles.glow > 0.0 {
-        eye.glow(&mut light, &particles.wire, particles.colour.with_alpha(0.55 * particles.glow));
+        eye.glow(
+            &mut light,
+            &particles.wire,
+            particles.colour.with_alpha(0.55 * particles.glow),
+        );
     }
     for spark in &particles.sparks {
         eye.spark(&mut light, spark, particles.colour);
@@ -318,22 +330,31 @@ impl Eye {
         brush.quad([spot - x, spot - y, spot + x, spot + y], [seen(1.3); 4]);
     }
 
-    /// A cross of two thin needles, white in the middle.
+    /// A glare with a bright middle, and a short needle away from it.
     fn spark(&self, brush: &mut Brush, spark: &Particle, colour: LinearRgba) {
         let left = (1.0 - spark.age / spark.life).clamp(0.0, 1.0);
-        let (sin, cos) = (6.3 * spark.chance).sin_cos();
+        let (sin, cos) = (std::f32::consts::TAU * spark.chance).sin_cos();
         let along = (self.right * cos + self.up * sin) * spark.size;
         let across = (self.up * cos - self.right * sin) * spark.size;
-        let tip = colour.with_alpha(0.0);
-        let middle = LinearRgba::rgb(1.0, 0.93, 0.75).with_alpha(0.4 + 0.6 * left);
-        for (long, thin) in [(along, across * 0.13), (across * 0.7, along * 0.13)] {
-            for long in [long, -long] {
+        let white = LinearRgba::rgb(1.0, 0.93, 0.75).with_alpha(left);
+        let (edge, dim) = (colour.with_alpha(0.0), colour.with_alpha(0.5 * left));
+        let round = [along, across, -along, -across];
+        for (radius, middle) in [(1.0, dim), (0.35, white)] {
+            for side in 0..4 {
+                let (a, c) = (round[side] * radius, round[(side + 1) % 4] * radius);
+                let b = (a + c) * std::f32::consts::FRAC_1_SQRT_2;
                 brush.quad(
-                    [spark.place, spark.place + thin, spark.place + long, spark.place - thin],
-                    [middle, tip, tip, tip],
+                    [spark.place, spark.place + a, spark.place + b, spark.place + c],
+                    [middle, edge, edge, edge],
                 );
             }
         }
+        let thin = across * 0.10;
+        let tip = spark.place + along * (1.5 + 2.0 * spark.chance);
+        brush.quad(
+            [spark.place + thin, tip, tip, spark.place - thin],
+            [white, edge, edge, white],
+        );
     }
 
     /// A band about the wire, brightest in its middle.

@@ -50,7 +50,9 @@ impl BladderShape {
 
     /// Radius of the opening, mm.
     pub fn rim_mm(&self) -> f64 {
-        (self.radius_mm * self.radius_mm - self.open_z * self.open_z).max(0.0).sqrt()
+        (self.radius_mm * self.radius_mm - self.open_z * self.open_z)
+            .max(0.0)
+            .sqrt()
     }
 }
 

@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// Directions in which a chip's outermost points make its hull.
-const HULL_DIRECTIONS: usize = 40;
+const HULL_DIRECTIONS: usize = 24;
 /// Least inertia as a share of mass times diameter squared: a flake turns no faster than a sixth of a sphere.
 const LEAST_INERTIA: f32 = 1.0 / 60.0;
 
@@ -42,8 +42,10 @@ pub struct Body {
     inverse_inertia: Mat3,
     /// The same, world axes; made anew as it turns.
     pub inverse_inertia_now: Mat3,
-    /// Steps in which it has hardly moved.
+    /// Steps in which it has hardly moved from there.
     pub still_steps: u32,
+    /// Where it was when they began.
+    pub still_at: Pose,
     /// Whether it rests and is not moved.
     pub asleep: bool,
     /// Why it is kept where it is, if it is.
@@ -90,6 +92,7 @@ impl Body {
             inverse_inertia,
             inverse_inertia_now: inverse_inertia,
             still_steps: 0,
+            still_at: Pose::from_translation(centre),
             asleep: false,
             held: None,
         };

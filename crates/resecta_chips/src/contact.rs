@@ -5,15 +5,18 @@
 //! gives no energy.
 
 use bevy::math::Vec3;
-use parry3d::query::{ContactManifold, details::contact_manifold_pfm_pfm_shapes};
+use parry3d::{
+    bounding_volume::{Aabb, BoundingVolume},
+    query::{ContactManifold, details::contact_manifold_pfm_pfm_shapes},
+};
 
 use crate::{
     body::Body,
     walls::{Cavity, Sheath},
 };
 
-/// How near bodies come before they may touch within a step, mm.
-const NEAR_MM: f32 = 0.3;
+/// How near bodies come before they are looked at, mm, besides the way that they go in the step.
+const NEAR_MM: f32 = 0.1;
 /// Overlap that is left alone, mm: contacts that come and go would shake a pile.
 const SLOP_MM: f32 = 0.02;
 /// Share of an overlap that is undone in a step, and the fastest.
@@ -22,7 +25,7 @@ const FASTEST_MM_PER_S: f32 = 40.0;
 /// Wet tissue on wet tissue: slippery (ours).
 const FRICTION: f32 = 0.2;
 /// Passes over all contacts.
-const PASSES: usize = 10;
+const PASSES: usize = 8;
 /// Most corners of a hull that rest on the bladder's wall.
 const MOST_CORNERS: usize = 4;
 
@@ -41,6 +44,9 @@ pub struct Contact {
     gap: f32,
     /// Velocity of the wall, mm/s.
     wall_velocity: Vec3,
+    /// Mass that resists an impulse along the normal, and along any way across it, g; 0 where nothing moves.
+    mass: f32,
+    mass_across: f32,
     /// Sums of impulses, g mm/s.
     pushed: f32,
     rubbed: Vec3,
@@ -56,6 +62,8 @@ impl Contact {
             arms: [point - bodies[body].place(), Vec3::ZERO],
             gap,
             wall_velocity: Vec3::ZERO,
+            mass: 0.0,
+            mass_across: 0.0,
             pushed: 0.0,
             rubbed: Vec3::ZERO,
             undone: 0.0,
@@ -72,6 +80,18 @@ impl Contact {
             .other
             .map_or(self.wall_velocity, |other| bodies[other].velocity_at(self.arms[1]));
         bodies[self.body].velocity_at(self.arms[0]) - other
+    }
+
+    /// Finds the masses that resist.
+    fn weigh(&mut self, bodies: &[Body]) {
+        let mass = |compliance: f32| if compliance > 0.0 { compliance.recip() } else { 0.0 };
+        let across = self.normal.any_orthonormal_vector();
+        self.mass = mass(self.compliance(bodies, self.normal));
+        // The softer of two ways across: friction that is a little weak is stable.
+        let softer = self
+            .compliance(bodies, across)
+            .max(self.compliance(bodies, self.normal.cross(across)));
+        self.mass_across = mass(softer);
     }
 
     /// 1 over the mass that resists an impulse along a direction, 1/g.
@@ -97,17 +117,20 @@ impl Contact {
 }
 
 /// Finds the contacts between chips, each pair once, in the order of their numbers. Chips that both rest do not meet.
-pub fn between(bodies: &[Body], contacts: &mut Vec<Contact>) {
+pub fn between(bodies: &[Body], seconds: f32, contacts: &mut Vec<Contact>) {
     let mut manifold = ContactManifold::<(), ()>::new();
+    let boxes: Vec<Aabb> = (bodies.iter())
+        .map(|body| body.hull.aabb(&body.pose).loosened(near(body, seconds)))
+        .collect();
     for (first, a) in bodies.iter().enumerate() {
         for (second, b) in bodies.iter().enumerate().skip(first + 1) {
-            let reach = a.reach + b.reach + NEAR_MM;
-            if !(a.moves() || b.moves()) || a.place().distance_squared(b.place()) > reach * reach {
+            if !(a.moves() || b.moves()) || !boxes[first].intersects(&boxes[second]) {
                 continue;
             }
             let pose = a.pose.inv_mul(&b.pose);
+            let near = near(a, seconds) + near(b, seconds);
             manifold.clear();
-            contact_manifold_pfm_pfm_shapes(&pose, &a.hull, &b.hull, None, None, NEAR_MM, &mut manifold);
+            contact_manifold_pfm_pfm_shapes(&pose, &a.hull, &b.hull, None, None, near, &mut manifold);
             let normal = -(a.pose.rotation * manifold.local_n1);
             if !normal.is_finite() {
                 continue;
@@ -123,10 +146,16 @@ pub fn between(bodies: &[Body], contacts: &mut Vec<Contact>) {
     }
 }
 
+/// How far from a body another may be that it reaches in the step, mm.
+fn near(body: &Body, seconds: f32) -> f32 {
+    NEAR_MM + body.velocity.length() * seconds
+}
+
 /// Finds the contacts of chips with the bladder's wall.
-pub fn with_wall(bodies: &[Body], cavity: &Cavity, contacts: &mut Vec<Contact>) {
+pub fn with_wall(bodies: &[Body], cavity: &Cavity, seconds: f32, contacts: &mut Vec<Contact>) {
     for (index, body) in bodies.iter().enumerate().filter(|(_, body)| body.moves()) {
-        if cavity.wall(body.place()).0 > body.reach + NEAR_MM {
+        let near = near(body, seconds);
+        if cavity.wall(body.place()).0 > body.reach + near {
             continue;
         }
         let mut touching: Vec<(f32, Vec3, Vec3)> = (body.corners())
@@ -135,7 +164,7 @@ pub fn with_wall(bodies: &[Body], cavity: &Cavity, contacts: &mut Vec<Contact>) 
                 let (gap, normal) = cavity.wall(corner);
                 (gap, normal, corner)
             })
-            .filter(|(gap, ..)| *gap < NEAR_MM)
+            .filter(|(gap, ..)| *gap < near)
             .collect();
         touching.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (gap, normal, corner) in touching.into_iter().take(MOST_CORNERS) {
@@ -151,7 +180,8 @@ pub fn with_sheath(bodies: &[Body], sheath: &Sheath, seconds: f32, contacts: &mu
     for (index, body) in bodies.iter().enumerate().filter(|(_, body)| body.held.is_none()) {
         let [a, b] = [pose * sheath.capsule.segment.a, pose * sheath.capsule.segment.b];
         let along = ((body.place() - a).dot(b - a) / (b - a).length_squared().max(1e-9)).clamp(0.0, 1.0);
-        let reach = sheath.capsule.radius + body.reach + NEAR_MM;
+        let near = near(body, seconds);
+        let reach = sheath.capsule.radius + body.reach + near;
         if (a + (b - a) * along).distance_squared(body.place()) > reach * reach {
             continue;
         }
@@ -162,7 +192,7 @@ pub fn with_sheath(bodies: &[Body], sheath: &Sheath, seconds: f32, contacts: &mu
             &body.hull,
             None,
             None,
-            NEAR_MM,
+            near,
             &mut manifold,
         );
         // From the sheath towards the chip.
@@ -184,6 +214,9 @@ pub fn resolve(bodies: &mut [Body], contacts: &mut [Contact], seconds: f32) -> V
     for body in bodies.iter_mut().filter(|body| body.moves()) {
         body.turn_inertia();
     }
+    for contact in contacts.iter_mut() {
+        contact.weigh(bodies);
+    }
     let mut undoing = vec![[Vec3::ZERO; 2]; bodies.len()];
     for _ in 0..PASSES {
         for contact in contacts.iter_mut() {
@@ -196,40 +229,36 @@ pub fn resolve(bodies: &mut [Body], contacts: &mut [Contact], seconds: f32) -> V
 }
 
 fn push(bodies: &mut [Body], contact: &mut Contact, seconds: f32) {
-    let compliance = contact.compliance(bodies, contact.normal);
-    if compliance <= 0.0 {
+    if contact.mass <= 0.0 {
         return;
     }
     let approach = contact.relative_velocity(bodies).dot(contact.normal);
     // A gap may be closed within the step.
     let allowed = -contact.gap.max(0.0) / seconds;
     let before = contact.pushed;
-    contact.pushed = (before + (allowed - approach) / compliance).max(0.0);
+    contact.pushed = (before + (allowed - approach) * contact.mass).max(0.0);
     let impulse = contact.normal * (contact.pushed - before);
-    contact.give(&mut |index, arm, impulse| kick(&mut bodies[index], arm, impulse), impulse);
+    contact.give(
+        &mut |index, arm, impulse| kick(&mut bodies[index], arm, impulse),
+        impulse,
+    );
 }
 
 fn rub(bodies: &mut [Body], contact: &mut Contact) {
     let velocity = contact.relative_velocity(bodies);
     let sliding = velocity - contact.normal * velocity.dot(contact.normal);
-    let speed = sliding.length();
-    if speed < 1e-6 {
-        return;
-    }
-    let compliance = contact.compliance(bodies, sliding / speed);
-    if compliance <= 0.0 {
-        return;
-    }
     let before = contact.rubbed;
-    contact.rubbed = (before - sliding / compliance).clamp_length_max(FRICTION * contact.pushed);
+    contact.rubbed = (before - sliding * contact.mass_across).clamp_length_max(FRICTION * contact.pushed);
     let impulse = contact.rubbed - before;
-    contact.give(&mut |index, arm, impulse| kick(&mut bodies[index], arm, impulse), impulse);
+    contact.give(
+        &mut |index, arm, impulse| kick(&mut bodies[index], arm, impulse),
+        impulse,
+    );
 }
 
 fn undo(bodies: &[Body], undoing: &mut [[Vec3; 2]], contact: &mut Contact, seconds: f32) {
     let overlap = -contact.gap - SLOP_MM;
-    let compliance = contact.compliance(bodies, contact.normal);
-    if overlap <= 0.0 || compliance <= 0.0 {
+    if overlap <= 0.0 || contact.mass <= 0.0 {
         return;
     }
     let wanted = (UNDONE_SHARE * overlap / seconds).min(FASTEST_MM_PER_S);
@@ -237,7 +266,7 @@ fn undo(bodies: &[Body], undoing: &mut [[Vec3; 2]], contact: &mut Contact, secon
     let other = contact.other.map_or(Vec3::ZERO, |other| of(other, contact.arms[1]));
     let leaving = (of(contact.body, contact.arms[0]) - other).dot(contact.normal);
     let before = contact.undone;
-    contact.undone = (before + (wanted - leaving) / compliance).max(0.0);
+    contact.undone = (before + (wanted - leaving) * contact.mass).max(0.0);
     let impulse = contact.normal * (contact.undone - before);
     contact.give(
         &mut |index, arm, impulse| {

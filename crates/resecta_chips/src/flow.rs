@@ -56,6 +56,17 @@ impl Channel {
         self.from + along * along.dot(place - self.from).clamp(0.0, length)
     }
 
+    /// The point of its middle line at a height, mm.
+    pub fn at_height(&self, z: f32) -> Vec3 {
+        let rise = self.neck.z - self.from.z;
+        let share = if rise.abs() > 1e-3 {
+            (z - self.from.z) / rise
+        } else {
+            1.0
+        };
+        self.from.lerp(self.neck, share.clamp(0.0, 1.0)).with_z(z)
+    }
+
     /// How far a place is past the neck, mm; negative in the gland.
     fn past(&self, place: Vec3) -> f32 {
         self.direction().dot(place - self.neck)

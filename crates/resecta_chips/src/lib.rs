@@ -9,6 +9,7 @@
 //! | drag, buoyancy, added mass | `drag.rs` |
 //! | where the irrigant goes | `flow.rs` |
 //! | a chip's mass, inertia and convex hull | `body.rs` |
+//! | the part of its surface that this is made of | `sound.rs` |
 //! | bladder, sheath and tissue as walls | `walls.rs` |
 //! | contacts and their impulses | `contact.rs` |
 //! | a step; who rests, leaves or is held; the books of mass | `pool.rs` |
@@ -28,6 +29,7 @@ mod flow;
 mod plugin;
 mod pool;
 mod settings;
+mod sound;
 mod walls;
 
 pub use body::Body;
@@ -36,7 +38,7 @@ pub use flow::{Channel, Flow, Mouth};
 pub use plugin::{ChipHeld, ChipSystems, Chips, ChipsPlugin, FloatingChip};
 pub use pool::{ChipTotals, Happened, HeldReason, Pool, Surroundings};
 pub use settings::{ChipError, ChipSettings};
-pub use walls::{Cavity, Sheath, TissueNear};
+pub use walls::{Cavity, Outline, Sheath, TissueNear};
 
 /// What a user types daily.
 pub mod prelude {

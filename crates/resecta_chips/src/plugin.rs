@@ -14,6 +14,7 @@ use crate::{
     flow::Flow,
     pool::{ChipTotals, HeldReason, Pool, Surroundings},
     settings::{ChipError, ChipSettings},
+    sound::sound,
     walls::{Cavity, Sheath, TissueNear},
 };
 
@@ -21,6 +22,8 @@ use crate::{
 const PLACED_ANEW_MM: f32 = 15.0;
 /// How deep in tissue a chip is taken to be where no surface is near, mm.
 const DEEP_MM: f32 = 3.0;
+/// Cosine between a way out of tissue and the way to the channel below which it is the wrong one.
+const AWAY: f32 = -0.3;
 
 /// The stages of a step, in this order, after [`FluidSystems::Last`] in the schedule that the plugin was given. They run while
 /// the app has [`Chips`].
@@ -144,7 +147,7 @@ pub struct FloatingChip {
     pub before: Isometry3d,
     /// Pose at the end of the last step.
     pub now: Isometry3d,
-    /// Its surface, where it was cut free: mm in the world, not about its centre.
+    /// Its surface, where it was cut free, without what was drawn out to needles: mm in the world, not about its centre.
     #[reflect(ignore)]
     pub chip: Arc<Chip>,
 }
@@ -161,14 +164,17 @@ pub struct ChipHeld {
 fn take(mut told: MessageReader<TissueChip>, mut chips: ResMut<Chips>, mut commands: Commands) {
     let chips = &mut *chips;
     for told in told.read().filter(|told| told.tissue == chips.tissue) {
-        let Some(id) = chips.pool.add(&told.chip) else { continue };
-        let Some(body) = chips.pool.bodies().last() else { continue };
-        let chip = FloatingChip {
+        let chip = sound(&told.chip);
+        let Some(id) = chips.pool.add(&chip) else { continue };
+        let Some(body) = chips.pool.bodies().last() else {
+            continue;
+        };
+        let floating = FloatingChip {
             id,
             mass_g: body.mass_g,
             before: body.isometry(),
             now: body.isometry(),
-            chip: told.chip.clone(),
+            chip,
         };
         let probe = TissueProbe {
             point: body.place(),
@@ -176,7 +182,7 @@ fn take(mut told: MessageReader<TissueChip>, mut chips: ResMut<Chips>, mut comma
         };
         chips
             .entities
-            .push(commands.spawn((Name::new(format!("Chip {id}")), chip, probe)).id());
+            .push(commands.spawn((Name::new(format!("Chip {id}")), floating, probe)).id());
     }
 }
 
@@ -203,10 +209,7 @@ fn move_on(
         Sheath::new(&scope.geometry, before.unwrap_or(now), now)
     });
     let ml_per_s = |flow: fn(&Bladder) -> f64| bladder.as_deref().map_or(0.0, flow).max(0.0);
-    let (inflow, outflow) = (
-        ml_per_s(Bladder::inflow_ml_per_s),
-        ml_per_s(Bladder::outflow_ml_per_s),
-    );
+    let (inflow, outflow) = (ml_per_s(Bladder::inflow_ml_per_s), ml_per_s(Bladder::outflow_ml_per_s));
     let volume_ml = bladder.as_deref().map_or(0.0, Bladder::volume_ml);
     let surroundings = Surroundings {
         flow: Flow {
@@ -220,7 +223,7 @@ fn move_on(
     };
 
     let entities = chips.entities.clone();
-    let cavity = *chips.pool.cavity();
+    let cavity = chips.pool.cavity().clone();
     let near = |index: usize| -> Option<TissueNear> {
         let (_, probe) = shown.get(*entities.get(index)?).ok()?;
         tissue_near(probe, &cavity)
@@ -228,7 +231,11 @@ fn move_on(
     // What was told in this step was not asked about yet.
     let ids: Vec<u64> = chips.pool.bodies().iter().map(|body| body.id).collect();
     let happened = chips.pool.step(seconds, &surroundings, near);
-    let entity_of = |id: u64| ids.binary_search(&id).ok().and_then(|index| entities.get(index).copied());
+    let entity_of = |id: u64| {
+        ids.binary_search(&id)
+            .ok()
+            .and_then(|index| entities.get(index).copied())
+    };
 
     for (id, reason) in happened.held {
         if let Some(chip) = entity_of(id) {
@@ -262,12 +269,22 @@ fn tissue_near(probe: &TissueProbe, cavity: &Cavity) -> Option<TissueNear> {
         return None;
     }
     match (probe.nearest, probe.inside) {
-        (Some(nearest), inside) => {
-            let towards = nearest - probe.point;
-            let sign = if inside { 1.0 } else { -1.0 };
+        (Some(nearest), false) => {
+            let away = probe.point - nearest;
             Some(TissueNear {
-                out: (towards * sign).try_normalize()?,
-                distance: -sign * towards.length(),
+                out: away.try_normalize()?,
+                distance: away.length(),
+            })
+        }
+        (Some(nearest), true) => {
+            let towards = nearest - probe.point;
+            let out = towards.try_normalize()?;
+            let to_channel = (cavity.channel.nearest(probe.point) - probe.point).normalize_or(out);
+            // A way out that leads away from the channel ends outside of the organ.
+            let out = if out.dot(to_channel) < AWAY { to_channel } else { out };
+            Some(TissueNear {
+                out,
+                distance: -towards.length(),
             })
         }
         // Too deep for a way out: back to the channel.

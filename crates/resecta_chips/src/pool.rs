@@ -14,18 +14,18 @@ use crate::{
     walls::{Cavity, Sheath, TissueNear},
 };
 
-/// Parts of a step, so that no chip passes through another.
-const SUBSTEPS: u32 = 2;
-/// Slower than this, mm/s, in that many steps on end, a chip rests.
-const REST_MM_PER_S: f32 = 0.8;
+/// A chip of which no point has come further than this, mm, in that many steps, rests.
+const REST_MM: f32 = 0.4;
 const REST_STEPS: u32 = 40;
 /// A chip that rests is moved by one that touches it faster than this, mm/s.
-const WAKE_MM_PER_S: f32 = 4.0;
+const WAKE_MM_PER_S: f32 = 12.0;
 /// And by a stream whose drag is this share of its weight in water.
 const WAKE_SHARE: f32 = 0.3;
 /// Tissue gives way: an overlap is undone in this time, s, and no faster than that, mm/s.
 const TISSUE_S: f32 = 0.12;
 const TISSUE_MM_PER_S: f32 = 40.0;
+/// The middle of a chip stays so far out of tissue, mm; half the width of a lumen that nothing holds open.
+const TISSUE_MM: f32 = 1.0;
 /// How far a chip that left is looked at for others that lay on it, mm.
 const NEXT_MM: f32 = 1.0;
 
@@ -184,19 +184,7 @@ impl Pool {
         }
         self.wake_by_stream(&surroundings.flow);
         self.keep_to_most(&mut happened);
-        let near: Vec<_> = (0..self.bodies.len())
-            .map(|index| near(index).map(|near| (near, self.bodies[index].place())))
-            .collect();
-        let mut contacts = Vec::new();
-        for _ in 0..SUBSTEPS {
-            self.substep(
-                seconds / SUBSTEPS as f32,
-                surroundings,
-                &near,
-                &mut contacts,
-                &mut happened,
-            );
-        }
+        self.advance(seconds, surroundings, near, &mut happened);
         self.rest();
         self.flush(&surroundings.flow, &mut happened);
         happened
@@ -247,32 +235,31 @@ impl Pool {
         }
     }
 
-    fn substep(
+    fn advance(
         &mut self,
         seconds: f32,
         surroundings: &Surroundings,
-        near: &[Option<(TissueNear, Vec3)>],
-        contacts: &mut Vec<Contact>,
+        near: impl Fn(usize) -> Option<TissueNear>,
         happened: &mut Happened,
     ) {
         let Self {
             bodies, water, cavity, ..
         } = self;
-        for (body, near) in bodies.iter_mut().zip(near).filter(|(body, _)| body.moves()) {
+        for (index, body) in bodies.iter_mut().enumerate().filter(|(_, body)| body.moves()) {
             let flow = surroundings.flow.at(body.place(), &cavity.channel);
             body.velocity = water.velocity(&body.float, body.velocity, flow, seconds);
             let inertia = body.inertia.x_axis.x + body.inertia.y_axis.y + body.inertia.z_axis.z;
             body.turn *= water.turn_left(&body.float, inertia / 3.0, seconds);
-            if let Some((tissue, from)) = near {
-                give_way(body, tissue, *from);
+            if let Some(tissue) = near(index) {
+                give_way(body, &tissue, seconds);
             }
         }
 
-        contacts.clear();
-        contact::between(bodies, contacts);
-        contact::with_wall(bodies, cavity, contacts);
+        let mut contacts: Vec<Contact> = Vec::new();
+        contact::between(bodies, seconds, &mut contacts);
+        contact::with_wall(bodies, cavity, seconds, &mut contacts);
         if let Some(sheath) = &surroundings.sheath {
-            contact::with_sheath(bodies, sheath, SUBSTEPS as f32 * seconds, contacts);
+            contact::with_sheath(bodies, sheath, seconds, &mut contacts);
         }
         let fast: Vec<usize> = (contacts.iter())
             .filter(|contact| contact.relative_speed(bodies) > WAKE_MM_PER_S)
@@ -285,7 +272,7 @@ impl Pool {
             }
         }
 
-        let undoing = contact::resolve(bodies, contacts, seconds);
+        let undoing = contact::resolve(bodies, &mut contacts, seconds);
         for (body, [velocity, turn]) in bodies.iter_mut().zip(undoing) {
             if !body.moves() {
                 continue;
@@ -306,8 +293,11 @@ impl Pool {
 
     fn rest(&mut self) {
         for body in self.bodies.iter_mut().filter(|body| body.moves()) {
-            let speed = body.velocity.length() + body.turn.length() * body.reach;
-            body.still_steps = if speed < REST_MM_PER_S { body.still_steps + 1 } else { 0 };
+            let turned = body.pose.rotation.angle_between(body.still_at.rotation);
+            if body.place().distance(body.still_at.translation) + turned * body.reach > REST_MM {
+                (body.still_at, body.still_steps) = (body.pose, 0);
+            }
+            body.still_steps += 1;
             if body.still_steps >= REST_STEPS {
                 body.asleep = true;
                 (body.velocity, body.turn) = (Vec3::ZERO, Vec3::ZERO);
@@ -341,14 +331,12 @@ impl Pool {
     }
 }
 
-/// Lets tissue push a chip out, softly: it is the tissue that gives way.
-fn give_way(body: &mut Body, tissue: &TissueNear, from: Vec3) {
-    let distance = tissue.distance + (body.place() - from).dot(tissue.out);
-    let overlap = body.core - distance;
+/// Lets tissue push a chip out, softly: it is the tissue that gives way, and lets through what a stream pushes.
+fn give_way(body: &mut Body, tissue: &TissueNear, seconds: f32) {
+    let overlap = body.core.min(TISSUE_MM) - tissue.distance;
     if overlap <= 0.0 || !tissue.out.is_finite() {
         return;
     }
-    let wanted = (overlap / TISSUE_S).min(TISSUE_MM_PER_S);
-    let leaving = body.velocity.dot(tissue.out);
-    body.velocity += tissue.out * (wanted - leaving).max(0.0);
+    body.velocity -= tissue.out * body.velocity.dot(tissue.out).min(0.0);
+    body.pose.translation += tissue.out * ((overlap / TISSUE_S).min(TISSUE_MM_PER_S) * seconds);
 }

@@ -74,19 +74,19 @@ impl ChipSettings {
         )?;
         check("drag_of_sphere", self.drag_of_sphere, 0.1..=10.0, "0.1 to 10")?;
         check("least_mm3", self.least_mm3, 0.0..=1000.0, "0 to 1000 mm³")?;
-        check("flush_ml_per_s", self.flush_ml_per_s, 0.01..=1000.0, "0.01 to 1000 ml/s")?;
+        check(
+            "flush_ml_per_s",
+            self.flush_ml_per_s,
+            0.01..=1000.0,
+            "0.01 to 1000 ml/s",
+        )?;
         check("most", self.most.into(), 1.0..=1000.0, "1 to 1000 bodies")?;
         Ok(self)
     }
 }
 
 /// Refuses a value outside of a range; NaN is outside of every range.
-fn check(
-    field: &'static str,
-    value: f64,
-    range: RangeInclusive<f64>,
-    expected: &'static str,
-) -> Result<(), ChipError> {
+fn check(field: &'static str, value: f64, range: RangeInclusive<f64>, expected: &'static str) -> Result<(), ChipError> {
     if range.contains(&value) {
         return Ok(());
     }

@@ -1,8 +1,10 @@
 //! What chips meet besides each other: the bladder's wall, the sheath, and tissue, which gives way.
 
-use bevy::math::{Isometry3d, Vec3};
+use std::f32::consts::TAU;
+
+use bevy::math::{Isometry3d, Vec2, Vec3};
 use parry3d::{math::Pose, shape::Capsule};
-use resecta_anatomy::{BladderShape, Case};
+use resecta_anatomy::{BladderShape, Case, Slice};
 use resecta_instrument::{Resectoscope, ResectoscopeGeometry};
 
 use crate::flow::{Channel, Mouth};
@@ -12,8 +14,53 @@ const TISSUE_ABOVE_MM: f32 = 12.0;
 /// How much of the sheath's diameter its wall and the inner sheath take.
 const BORE: f32 = 0.85;
 
+/// How far inside of the gland's outline chips stay, mm: the capsule holds.
+const CAPSULE_MM: f32 = 3.0;
+
+/// The gland's outline at a height, as seen from its channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outline {
+    /// Height, mm.
+    pub z: f32,
+    /// Distances from the channel, mm, at angles evenly spread from `+x` over `+y`.
+    pub radii: [f32; Outline::ANGLES],
+}
+
+impl Outline {
+    const ANGLES: usize = 36;
+
+    /// Of a slice, about a point in its plane.
+    fn new(slice: &Slice, middle: Vec2) -> Self {
+        let corners: Vec<Vec2> = slice.capsule.iter().map(|corner| corner.as_vec2() - middle).collect();
+        let radius = |angle: usize| {
+            let (sin, cos) = (TAU * angle as f32 / Self::ANGLES as f32).sin_cos();
+            let ray = Vec2::new(cos, sin);
+            // Where the ray leaves through an edge.
+            let crossing = |(a, b): (Vec2, Vec2)| {
+                let (before, after) = (ray.perp_dot(a), ray.perp_dot(b));
+                let share = before / (before - after);
+                let along = a.lerp(b, share).dot(ray);
+                (before <= 0.0 && after > 0.0 && along > 0.0).then_some(along)
+            };
+            let edges = corners.iter().copied().zip(corners.iter().copied().cycle().skip(1));
+            edges.filter_map(crossing).fold(f32::INFINITY, f32::min)
+        };
+        Self {
+            z: slice.z as f32,
+            radii: std::array::from_fn(radius),
+        }
+    }
+
+    /// How far a chip may be from the channel, mm, on this side of it.
+    fn most(&self, beside: Vec2) -> f32 {
+        let turn = beside.to_angle().rem_euclid(TAU) / TAU;
+        let angle = (turn * Self::ANGLES as f32).round() as usize % Self::ANGLES;
+        (self.radii[angle] - CAPSULE_MM).max(0.0)
+    }
+}
+
 /// The body that holds the water: a sphere over a channel.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Cavity {
     /// Centre of the bladder, mm.
     pub centre: Vec3,
@@ -21,10 +68,10 @@ pub struct Cavity {
     pub radius: f32,
     /// Height of its opening, mm.
     pub opening_z: f32,
-    /// Radius of the opening, mm.
-    pub rim: f32,
     /// The channel below it.
     pub channel: Channel,
+    /// What the gland around the channel lets chips get to, by rising height; empty lets them go anywhere.
+    pub gland: Vec<Outline>,
 }
 
 impl Cavity {
@@ -33,16 +80,18 @@ impl Cavity {
         let shape = BladderShape::of_case(case)?;
         let opening_z = shape.opening_z() as f32;
         let neck = case.landmarks.bladder_neck?.as_vec3();
+        let channel = Channel {
+            from: scope.pivot(),
+            // Where chips are past the neck's lips.
+            neck: neck.with_z(neck.z.max(opening_z)),
+        };
+        let outline = |slice: &Slice| Outline::new(slice, channel.at_height(slice.z as f32).truncate());
         Some(Self {
             centre: shape.centre.as_vec3(),
             radius: shape.radius_mm as f32,
             opening_z,
-            rim: shape.rim_mm() as f32,
-            channel: Channel {
-                from: scope.pivot(),
-                // Where chips are past the neck's lips.
-                neck: neck.with_z(neck.z.max(opening_z)),
-            },
+            channel,
+            gland: case.slices.iter().map(outline).collect(),
         })
     }
 
@@ -70,9 +119,12 @@ impl Cavity {
             return (from_centre.length() > self.radius)
                 .then(|| self.centre + from_centre.clamp_length_max(self.radius - 0.1));
         }
-        let middle = self.channel.nearest(place);
-        let beside = (place - middle).with_z(0.0);
-        let within = Vec3::new(middle.x, middle.y, place.z.max(self.channel.from.z)) + beside.clamp_length_max(self.rim);
+        let place_in = place.with_z(place.z.max(self.channel.from.z));
+        let middle = self.channel.at_height(place_in.z);
+        let nearest = (self.gland.iter()).min_by(|a, b| (a.z - place.z).abs().total_cmp(&(b.z - place.z).abs()));
+        let beside = (place_in - middle).truncate();
+        let most = nearest.map_or(f32::INFINITY, |outline| outline.most(beside));
+        let within = middle + beside.clamp_length_max(most).extend(0.0);
         (within.distance_squared(place) > 1e-6).then_some(within)
     }
 }

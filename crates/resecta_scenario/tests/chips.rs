@@ -42,7 +42,11 @@ fn what_is_cut_free_floats_and_is_weighed_until_another_exercise_begins() {
     let tissue = active.tissue;
     let gone: Vec<u32> = active.marked.pentahedra().take(6).collect();
     for pentahedron in gone {
-        let entity = app.world().get::<Tissue>(tissue).unwrap().pentahedron_entity(pentahedron);
+        let entity = app
+            .world()
+            .get::<Tissue>(tissue)
+            .unwrap()
+            .pentahedron_entity(pentahedron);
         app.world_mut().try_despawn(entity.unwrap()).ok();
     }
     for _ in 0..30 {
@@ -50,7 +54,10 @@ fn what_is_cut_free_floats_and_is_weighed_until_another_exercise_begins() {
     }
     let removed = value(&app, MetricId::RemovedMass);
     let weighed = value(&app, MetricId::ChipsInBladder) + value(&app, MetricId::ChipsFlushed);
-    assert!(removed > 0.0 && (weighed - removed).abs() < 1e-9, "{weighed} of {removed} g");
+    assert!(
+        removed > 0.0 && (weighed - removed).abs() < 1e-9,
+        "{weighed} of {removed} g"
+    );
     assert!(floating(&mut app) > 0);
 
     start(&mut app, "first_cuts");

@@ -56,7 +56,10 @@ pub(crate) fn probe(mut tissues: Query<(&mut Tissue, &mut Collider)>, mut probes
                 continue;
             };
             let distance = place.distance(point);
-            if answer.distance_mm.is_none_or(|other| distance.total_cmp(&other).is_lt()) {
+            if answer
+                .distance_mm
+                .is_none_or(|other| distance.total_cmp(&other).is_lt())
+            {
                 (answer.distance_mm, answer.nearest) = (Some(distance), Some(place));
             }
         }

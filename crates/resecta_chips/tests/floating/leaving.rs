@@ -1,9 +1,12 @@
 //! Chips leave, and none is lost.
 
-use bevy::{math::{DVec3, Vec3}, prelude::default};
+use bevy::{
+    math::{DVec3, Vec3},
+    prelude::default,
+};
 use resecta_chips::{ChipSettings, Pool};
 
-use crate::scenes::{DENSITY, STEP_S, block, bladder, heap, lake, of_heap, pool, run, scope, settings, still};
+use crate::scenes::{DENSITY, STEP_S, bladder, block, heap, lake, of_heap, pool, run, scope, settings, still};
 
 fn assert_conserved(pool: &Pool) {
     let totals = pool.totals();
@@ -72,7 +75,11 @@ fn shreds_leave_as_what_is_mixed_with_water() {
     run(&mut pool, 60.0, &surroundings);
     // 150 ml: see the scene.
     let left = DENSITY * (-4.0 * 60.0 / 150.0f64).exp();
-    assert!((pool.shreds_g() / left - 1.0).abs() < 1e-5, "{} g, expected {left}", pool.shreds_g());
+    assert!(
+        (pool.shreds_g() / left - 1.0).abs() < 1e-5,
+        "{} g, expected {left}",
+        pool.shreds_g()
+    );
     assert_conserved(&pool);
 }
 
@@ -95,7 +102,13 @@ fn what_is_not_finite_is_no_body_and_moves_no_other() {
 #[test]
 fn settings_that_make_no_sense_are_named() {
     let refused = |settings: ChipSettings| Pool::new(settings, bladder(), DENSITY).unwrap_err().field;
-    assert_eq!(refused(ChipSettings { drag_of_sphere: f64::NAN, ..default() }), "drag_of_sphere");
+    assert_eq!(
+        refused(ChipSettings {
+            drag_of_sphere: f64::NAN,
+            ..default()
+        }),
+        "drag_of_sphere"
+    );
     assert_eq!(refused(ChipSettings { most: 0, ..default() }), "most");
     let error = Pool::new(ChipSettings::default(), bladder(), 0.0).unwrap_err();
     assert_eq!(error.field, "density_g_per_mm3");

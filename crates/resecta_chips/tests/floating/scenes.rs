@@ -49,7 +49,11 @@ pub fn block(edges: DVec3, centre: DVec3, angle: f64) -> Arc<Chip> {
 /// The same for block `index` of a heap: sizes, places and turns that differ, in the lower half of a bladder of 33 mm.
 pub fn of_heap(index: usize) -> Arc<Chip> {
     let part = |factor: f64| (factor * (index as f64 + 1.0)).fract();
-    let edges = DVec3::new(3.0 + 3.0 * part(0.618), 2.0 + 2.0 * part(0.324), 6.0 + 8.0 * part(0.755));
+    let edges = DVec3::new(
+        3.0 + 3.0 * part(0.618),
+        2.0 + 2.0 * part(0.324),
+        6.0 + 8.0 * part(0.755),
+    );
     let (sin, cos) = (TAU * part(0.414)).sin_cos();
     let place = DVec3::new(
         14.0 * part(0.271) * cos,
@@ -65,11 +69,11 @@ pub fn bladder() -> Cavity {
         centre: Vec3::ZERO,
         radius: 33.0,
         opening_z: -22.0,
-        rim: 24.6,
         channel: Channel {
             from: Vec3::new(0.0, 0.0, -80.0),
             neck: Vec3::new(0.0, 0.0, -22.0),
         },
+        gland: Vec::new(),
     }
 }
 
@@ -78,7 +82,6 @@ pub fn lake() -> Cavity {
     Cavity {
         radius: 1e5,
         opening_z: -1e4,
-        rim: 1e4,
         ..bladder()
     }
 }
