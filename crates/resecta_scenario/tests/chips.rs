@@ -34,6 +34,8 @@ fn what_is_cut_free_floats_and_is_weighed_until_another_exercise_begins() {
     .insert_resource(Time::<Fixed>::from_hz(60.0))
     .insert_resource(TimeUpdateStrategy::FixedTimesteps(1));
     start(&mut app, "middle_lobe");
+    // The clock starts with the first update: no step yet, and no entities.
+    app.update();
     app.update();
     let value = |app: &App, metric: MetricId| app.world().resource::<Metrics>().value(metric);
     assert_eq!(value(&app, MetricId::ChipsInBladder), 0.0);
