@@ -7,6 +7,7 @@
 //! | [`anatomy`] | cases, contours, the lattice, import and export |
 //! | [`solver`] | motion and resection on dense arrays, without Bevy |
 //! | [`tissue`] | tissue as entities: nodes, springs, pentahedra, collision, visible mesh |
+//! | [`chips`] | what strokes cut free, floating in the irrigant |
 //! | [`fluid`] | blood and water: irrigation, bleeding, turbidity, absorption |
 //! | [`instrument`] | the resectoscope and where its input comes from |
 //! | [`scenario`] | exercises, metrics, score, the record of a run |
@@ -39,6 +40,7 @@ pub mod spring_scene;
 pub mod view;
 
 pub use resecta_anatomy as anatomy;
+pub use resecta_chips as chips;
 pub use resecta_fluid as fluid;
 pub use resecta_instrument as instrument;
 pub use resecta_scenario as scenario;
@@ -51,6 +53,7 @@ pub use plugins::{FixedStepPlugin, ResectaPlugins, STEP_HZ};
 pub mod prelude {
     pub use crate::ResectaPlugins;
     pub use resecta_anatomy::{Case, Lattice, LatticeOptions, Zone};
+    pub use resecta_chips::prelude::*;
     pub use resecta_fluid::prelude::*;
     pub use resecta_instrument::prelude::*;
     pub use resecta_scenario::prelude::*;

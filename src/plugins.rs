@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use bevy::{app::PluginGroupBuilder, prelude::*};
+use resecta_chips::ChipsPlugin;
 use resecta_fluid::FluidPlugins;
 use resecta_instrument::InstrumentPlugin;
 use resecta_scenario::ScenarioPlugin;
@@ -15,8 +16,8 @@ pub const STEP_HZ: f64 = 60.0;
 /// computing ever more steps a frame.
 const MAX_CATCH_UP_S: f32 = 0.05;
 
-/// Instrument, tissue, blood and water, and scenario: the whole simulation, on steps of 1/[`STEP_HZ`] s. Needs Bevy's `MinimalPlugins` or
-/// `DefaultPlugins` beside it, draws nothing and reads no device.
+/// Instrument, tissue, blood and water, floating chips, and scenario: the whole simulation, on steps of 1/[`STEP_HZ`] s.
+/// Needs Bevy's `MinimalPlugins` or `DefaultPlugins` beside it, draws nothing and reads no device.
 #[derive(Debug, Default, Clone, Copy)]
 pub struct ResectaPlugins;
 
@@ -27,6 +28,7 @@ impl PluginGroup for ResectaPlugins {
             .add(InstrumentPlugin)
             .add(TissuePlugin::default())
             .add_group(FluidPlugins::default())
+            .add(ChipsPlugin::default())
             .add(ScenarioPlugin::default())
     }
 }

@@ -12,6 +12,8 @@
 //! |---|---|
 //! | where a camera stands and what it sees | `cameras.rs` |
 //! | blood in the water and from vessels | `blood.rs` |
+//! | what strokes cut free | `chips.rs` |
+//! | sparks, glow and bubbles at the wire | `sparks.rs` |
 //! | the round field | `round_field.rs` |
 //! | colours of the gland, the marked part | `gland.rs` |
 //! | the section of the outside view | `sections.rs` |
@@ -22,6 +24,7 @@
 mod adapter;
 mod blood;
 mod cameras;
+mod chips;
 mod gland;
 mod instrument;
 mod material;
@@ -30,6 +33,7 @@ mod pictures;
 mod round_field;
 mod sections;
 mod shapes;
+mod sparks;
 mod surroundings;
 
 use bevy::{camera::visibility::RenderLayers, prelude::*};
@@ -82,6 +86,8 @@ impl Plugin for ViewPlugin {
         app.add_plugins((
             material::plugin,
             blood::plugin,
+            chips::plugin,
+            sparks::plugin,
             cameras::plugin,
             round_field::plugin,
             gland::plugin,

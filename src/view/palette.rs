@@ -27,6 +27,9 @@ pub const BACKGROUND: LinearRgba = LinearRgba::new(0.012, 0.016, 0.022, 1.0);
 /// What is seen where there is nothing: water and blood, out of the lamp's reach.
 pub const DEEP: LinearRgba = LinearRgba::new(0.020, 0.003, 0.002, 1.0);
 
+/// A chip of adenoma that was cut free: pale, with a little yellow.
+pub const CHIP: LinearRgba = LinearRgba::new(0.72, 0.42, 0.24, 1.0);
+
 /// Blood that has just left a vessel.
 pub const BLOOD: LinearRgba = LinearRgba::new(0.34, 0.012, 0.010, 1.0);
 /// Water clouded by blood, lit by the lamp. The shader has the same.

@@ -4,7 +4,7 @@ use bevy::{
     camera::visibility::{NoFrustumCulling, RenderLayers},
     prelude::*,
 };
-use resecta_anatomy::Case;
+use resecta_anatomy::{BladderShape, Case};
 use resecta_instrument::Resectoscope;
 use resecta_scenario::ActiveExercise;
 
@@ -15,8 +15,6 @@ use super::{
     palette, shapes,
 };
 
-/// Radius of the bladder, mm: 150 ml, a filling of practice.
-const BLADDER_MM: f32 = 33.0;
 /// Inner radius of the urethra below the gland, mm: the sheath's and a millimetre.
 const URETHRA_MM: f32 = 5.0;
 /// Length of urethra that is drawn, mm.
@@ -137,21 +135,10 @@ fn urethra(scope: &Resectoscope) -> (Mesh, Transform) {
 
 /// The bladder, open where it sits on the gland.
 fn bladder(case: &Case) -> Option<(Mesh, Transform)> {
-    let neck = case.landmarks.bladder_neck?.as_vec3();
-    let last = case.slices.last()?;
-    let points = last.capsule.iter().map(|point| point.as_vec2());
-    let middle = points.clone().sum::<Vec2>() / last.capsule.len() as f32;
-    let top = last.z as f32;
-    // The wall meets the gland's rim: the widest point of the last slice lies on it.
-    let rim = points
-        .map(|point| point.distance(middle))
-        .fold(0.0, f32::max)
-        .min(BLADDER_MM * 0.8);
-    let open_z = -(BLADDER_MM * BLADDER_MM - rim * rim).sqrt();
-    let centre = Vec3::new(middle.x, middle.y, top.max(neck.z) - open_z - 1.0);
+    let shape = BladderShape::of_case(case)?;
     Some((
-        shapes::open_shell(BLADDER_MM, open_z),
-        Transform::from_translation(centre),
+        shapes::open_shell(shape.radius_mm as f32, shape.open_z as f32),
+        Transform::from_translation(shape.centre.as_vec3()),
     ))
 }
 

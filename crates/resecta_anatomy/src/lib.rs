@@ -6,6 +6,7 @@
 //!
 //! Axes, for every case: `+x` patient left, `+y` posterior, `+z` towards the bladder. Lengths are millimetres.
 
+mod bladder;
 mod case;
 mod case_file;
 mod complete;
@@ -27,6 +28,7 @@ pub mod wedge;
 mod zone;
 mod zoning;
 
+pub use bladder::BladderShape;
 pub use case::{Approximation, Case, CaseSource, Contour, Landmarks, Slice, Unit};
 pub use case_file::{CaseError, MAX_FILE_BYTES};
 pub use complete::LUMEN_RADIUS_MM;

@@ -6,6 +6,7 @@ use resecta_instrument::InstrumentRequest;
 use resecta_tissue::{Tissue, TissueSettings, TissueTint};
 
 use crate::{
+    chips,
     exercise::Exercise,
     metrics::{Metrics, StepObservation},
     prepare::{LatticeSummary, PreparedExercise},
@@ -71,6 +72,7 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
         resectoscope,
         start,
         water,
+        chips: floating,
         ..
     } = prepared;
 
@@ -96,6 +98,7 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
         .id();
 
     water::fill(world, water, tissue, instrument);
+    chips::fill(world, floating, tissue, instrument);
 
     let mut metrics = Metrics::default();
     metrics.removal.marked_total_mm3 = marked.total_mm3();

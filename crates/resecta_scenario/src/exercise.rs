@@ -1,6 +1,7 @@
 //! The exercise: what a `*.exercise.ron` file says.
 
 use resecta_anatomy::Zone;
+use resecta_chips::ChipSettings;
 use resecta_instrument::InstrumentState;
 use resecta_solver::{CollapseLaw, ShearResistance};
 use resecta_tissue::{CutDetail, CuttingRule};
@@ -74,6 +75,8 @@ pub struct Models {
     pub detail: CutDetail,
     /// Blood and water. Default: none, a dry scene.
     pub water: Option<Water>,
+    /// What is cut free floats and gathers in the bladder: fields of [`ChipSettings`]; absent, it vanishes.
+    pub chips: Option<ChipSettings>,
 }
 
 impl Default for Models {
@@ -86,6 +89,7 @@ impl Default for Models {
             cutting: CuttingRule::Sweep,
             detail: CutDetail::default(),
             water: None,
+            chips: None,
         }
     }
 }

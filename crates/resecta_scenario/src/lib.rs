@@ -11,6 +11,7 @@
 //! | which rules it must keep | `rules.rs` |
 //! | which tissue is marked | `region.rs` |
 //! | which blood and water it has | `water.rs` |
+//! | whether what is cut free floats | `chips.rs` |
 //! | the table of metrics, and how each is measured | `metrics/` |
 //! | how points follow from metrics | `score.rs` |
 //! | bronze, silver, gold | `pars.rs` |
@@ -34,6 +35,7 @@
 
 mod active;
 mod advice;
+mod chips;
 mod cut_map;
 mod errors;
 mod exercise;

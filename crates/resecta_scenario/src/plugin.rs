@@ -4,13 +4,14 @@ use bevy::{
     ecs::schedule::{InternedScheduleLabel, ScheduleLabel},
     prelude::*,
 };
+use resecta_chips::{ChipSystems, Chips};
 use resecta_fluid::{Bladder, Circulation, FluidSystems, Irrigation, RedOut, Turbidity};
 use resecta_instrument::{InstrumentPlayback, InstrumentState, Resectoscope};
 use resecta_tissue::{TissueContact, TissueResected, TissueSystems};
 
 use crate::{
     active::ActiveExercise,
-    metrics::{Metrics, StepObservation, WaterStep},
+    metrics::{ChipMasses, Metrics, StepObservation, WaterStep},
     run_log::RunLog,
     score::ScoreCard,
     state::{CapsulePerforated, EndReason, RunState},
@@ -83,6 +84,7 @@ impl Plugin for ScenarioPlugin {
                     .chain()
                     .after(TissueSystems::Last)
                     .after(FluidSystems::Last)
+                    .after(ChipSystems::Last)
                     .run_if(resource_exists::<ActiveExercise>),
             )
             .configure_sets(
@@ -94,6 +96,8 @@ impl Plugin for ScenarioPlugin {
                     FluidSystems::Flow,
                     FluidSystems::Account,
                     FluidSystems::View,
+                    ChipSystems::Take,
+                    ChipSystems::Move,
                 )
                     .run_if(water_runs),
             )
@@ -104,7 +108,7 @@ impl Plugin for ScenarioPlugin {
                     water::follow_taps
                         .in_set(FluidSystems::First)
                         .run_if(resource_exists::<Irrigation>.and_then(resource_exists::<ActiveExercise>)),
-                    (observe, observe_water).chain().in_set(Observe),
+                    (observe, observe_water, observe_chips).chain().in_set(Observe),
                     (measure, follow_steps).chain().in_set(Measure),
                     record.in_set(Record).run_if(resource_exists::<Trace>),
                     log.in_set(Record).run_if(resource_exists::<RunLog>),
@@ -176,6 +180,15 @@ fn observe_water(
     };
 }
 
+/// Where what was cut free is now.
+fn observe_chips(chips: Option<Res<Chips>>, mut step: ResMut<StepObservation>) {
+    let totals = chips.map(|chips| chips.totals()).unwrap_or_default();
+    step.chips = ChipMasses {
+        in_body_g: totals.in_body_g,
+        flushed_g: totals.flushed_g,
+    };
+}
+
 fn measure(
     mut commands: Commands,
     step: Res<StepObservation>,
@@ -189,6 +202,7 @@ fn measure(
     metrics.current.observe(&step);
     metrics.motion.observe(&step);
     metrics.water.observe(&step);
+    metrics.chips.observe(&step);
     if step.current_on_capsule
         && step.capsule_cut_mm2 > 0.0
         && let Ok((state, resectoscope)) = instruments.get(active.instrument)

@@ -7,6 +7,7 @@ use resecta_solver::{Material, TissueMesh};
 use serde::Serialize;
 
 use crate::{
+    chips::{self, PreparedChips},
     errors::{ExerciseError, RuleError},
     exercise::InstrumentSetup,
     library::LoadedExercise,
@@ -40,6 +41,8 @@ pub struct PreparedExercise {
     pub start: InstrumentState,
     /// Its blood and water.
     pub(crate) water: Option<PreparedWater>,
+    /// Its floating chips.
+    pub(crate) chips: Option<PreparedChips>,
 }
 
 /// A lattice in numbers.
@@ -117,6 +120,9 @@ impl LoadedExercise {
         let water = models.water.as_ref().map(|water| water.prepare(&tissue));
         let water = water.transpose().map_err(broken)?;
         let start = water.as_ref().map_or(start, |water| water.with_taps(start));
+        let density = material.density_g_per_mm3;
+        let floating = (models.chips).map(|settings| chips::prepare(settings, &self.case, &resectoscope, density));
+        let floating = floating.transpose().map_err(broken)?;
         let adenoma =
             (0..tissue.pentahedron_count() as u32).filter(|&index| tissue.pentahedron_zone(index).is_adenoma());
         Ok(PreparedExercise {
@@ -137,6 +143,7 @@ impl LoadedExercise {
             resectoscope,
             start,
             water,
+            chips: floating,
             loaded: self,
         })
     }

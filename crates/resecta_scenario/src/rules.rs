@@ -6,6 +6,7 @@ use resecta_solver::{CollapseLaw, Material, ShearResistance};
 use resecta_tissue::{CutDetail, CuttingRule};
 
 use crate::{
+    chips,
     errors::RuleError,
     exercise::{Condition, Exercise, Goal, HeightRange, InstrumentSetup, Marked, Models, ScoreRule},
     metrics::Better,
@@ -110,6 +111,9 @@ fn models(models: &Models) -> Checked {
     }
     if let Some(water) = &models.water {
         water.check()?;
+    }
+    if let Some(settings) = &models.chips {
+        chips::check(settings)?;
     }
     // The material's own way to resist shear is known with the case; none at all allows the most.
     let material = Material {

@@ -19,6 +19,8 @@ pub struct TissueProbe {
     pub inside: bool,
     /// Distance to the nearest surface, mm; none if that is further than 3 mm.
     pub distance_mm: Option<f32>,
+    /// That point of the surface, mm; none where there is no distance.
+    pub nearest: Option<Vec3>,
 }
 
 /// Whether anything is asked.
@@ -50,11 +52,16 @@ pub(crate) fn probe(mut tissues: Query<(&mut Tissue, &mut Collider)>, mut probes
                 );
             }
             let nearest = collider.nearest_face(&Skin::of(tissue), point);
-            let distances = [
-                answer.distance_mm,
-                nearest.map(|nearest| nearest.closest.on_triangle.distance(point)),
-            ];
-            answer.distance_mm = distances.into_iter().flatten().min_by(f32::total_cmp);
+            let Some(place) = nearest.map(|nearest| nearest.closest.on_triangle) else {
+                continue;
+            };
+            let distance = place.distance(point);
+            if answer
+                .distance_mm
+                .is_none_or(|other| distance.total_cmp(&other).is_lt())
+            {
+                (answer.distance_mm, answer.nearest) = (Some(distance), Some(place));
+            }
         }
         probe.set_if_neq(answer);
     }

@@ -4,6 +4,7 @@
 //! [`StepObservation`] a fixed step of a running exercise and nothing else, so the same run measures the same values.
 
 mod capsule;
+mod chips;
 mod current;
 mod motion;
 mod observation;
@@ -14,6 +15,7 @@ mod water;
 use bevy::prelude::*;
 
 pub use capsule::CapsuleTouches;
+pub use chips::ChipMasses;
 pub use current::CurrentUse;
 pub use motion::TipMotion;
 pub use observation::StepObservation;
@@ -41,6 +43,8 @@ pub struct Metrics {
     pub water: BloodAndWater,
     /// Steps of the exercise that are done.
     pub steps_done: u32,
+    /// Where the cut tissue is.
+    pub chips: ChipMasses,
 }
 
 impl Metrics {
@@ -52,6 +56,7 @@ impl Metrics {
             current,
             motion,
             water,
+            chips,
             ..
         } = self;
         match metric {
@@ -81,6 +86,8 @@ impl Metrics {
             MetricId::Absorbed => water.absorbed_ml,
             MetricId::StepsDone => f64::from(self.steps_done),
             MetricId::BlindTime => water.blind_s,
+            MetricId::ChipsInBladder => chips.in_body_g,
+            MetricId::ChipsFlushed => chips.flushed_g,
         }
     }
 

@@ -5,7 +5,7 @@ use resecta_instrument::InstrumentState;
 use resecta_solver::NodeKind;
 use resecta_tissue::{TissueContact, TissueResected, ToolPartKind};
 
-use super::WaterStep;
+use super::{ChipMasses, WaterStep};
 use crate::region::MarkedRegion;
 
 /// One fixed step of a run, rewritten every step.
@@ -35,6 +35,8 @@ pub struct StepObservation {
     pub capsule_cut_mm2: f64,
     /// Blood and water.
     pub water: WaterStep,
+    /// Where the cut tissue is, where it floats.
+    pub chips: ChipMasses,
 }
 
 impl StepObservation {

@@ -1,0 +1,199 @@
+//! A chip as a rigid body: what it weighs, how it turns, its convex hull.
+
+use bevy::math::{DVec3, Isometry3d, Mat3, Quat, Vec3};
+use parry3d::{math::Pose, shape::ConvexPolyhedron};
+use resecta_tissue::Chip;
+
+use crate::{
+    drag::{Float, Water},
+    pool::HeldReason,
+};
+
+/// Directions in which a chip's outermost points make its hull.
+const HULL_DIRECTIONS: usize = 24;
+/// Least inertia as a share of mass times diameter squared: a flake turns no faster than a sixth of a sphere.
+const LEAST_INERTIA: f32 = 1.0 / 60.0;
+
+/// A chip that floats.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// Its number: they count up, and decide every order.
+    pub id: u64,
+    /// Mass at rest, g.
+    pub mass_g: f64,
+    /// What it is to the water.
+    pub float: Float,
+    /// Its hull about its centre.
+    pub hull: ConvexPolyhedron,
+    /// Largest distance of the hull from the centre, mm.
+    pub reach: f32,
+    /// Least distance of the hull's faces from the centre, mm: half its thickness.
+    pub core: f32,
+    /// Where it is.
+    pub pose: Pose,
+    /// mm/s.
+    pub velocity: Vec3,
+    /// rad/s.
+    pub turn: Vec3,
+    /// 1 over the mass that moves, 1/g.
+    pub inverse_mass: f32,
+    /// Inertia about the centre, body axes, g mm², and its inverse.
+    pub inertia: Mat3,
+    inverse_inertia: Mat3,
+    /// The same, world axes; made anew as it turns.
+    pub inverse_inertia_now: Mat3,
+    /// Steps in which it has hardly moved from there.
+    pub still_steps: u32,
+    /// Where it was when they began.
+    pub still_at: Pose,
+    /// Whether it rests and is not moved.
+    pub asleep: bool,
+    /// Why it is kept where it is, if it is.
+    pub held: Option<HeldReason>,
+}
+
+impl Body {
+    /// A body of a chip; none where that has no surface or is not finite.
+    pub fn new(id: u64, chip: &Chip, density_g_per_mm3: f64, water: &Water) -> Option<Self> {
+        let centre = chip.centre.as_vec3();
+        if !centre.is_finite() || chip.triangles.is_empty() {
+            return None;
+        }
+        let mass_g = chip.rest_volume_mm3 * density_g_per_mm3;
+        let float = Float {
+            mass: mass_g as f32,
+            volume: chip.rest_volume_mm3 as f32,
+        };
+        let diameter = float.diameter();
+        let hull = hull(&chip.vertices, chip.centre, diameter)?;
+        let reach = (hull.points().iter()).map(|point| point.length()).fold(0.0, f32::max);
+        let core = (directions())
+            .map(|direction| support(hull.points(), direction).dot(direction))
+            .fold(f32::INFINITY, f32::min)
+            .max(0.0);
+
+        let least = LEAST_INERTIA * float.mass * diameter * diameter;
+        let inertia = (chip.inertia * density_g_per_mm3).as_mat3();
+        let is_sound = inertia.is_finite() && (0..3).all(|axis| inertia.col(axis)[axis] >= 0.0);
+        let inertia = if is_sound { inertia } else { Mat3::ZERO } + Mat3::IDENTITY * least;
+        let inverse_inertia = inertia.inverse();
+        let body = Self {
+            id,
+            mass_g,
+            float,
+            hull,
+            reach,
+            core,
+            pose: Pose::from_translation(centre),
+            velocity: Vec3::ZERO,
+            turn: Vec3::ZERO,
+            inverse_mass: 1.0 / water.moved_mass(&float),
+            inertia,
+            inverse_inertia,
+            inverse_inertia_now: inverse_inertia,
+            still_steps: 0,
+            still_at: Pose::from_translation(centre),
+            asleep: false,
+            held: None,
+        };
+        (body.inverse_mass.is_finite() && inverse_inertia.is_finite()).then_some(body)
+    }
+
+    /// Centre, mm.
+    pub fn place(&self) -> Vec3 {
+        self.pose.translation
+    }
+
+    /// Its pose as Bevy knows it; the chip's own frame has its origin at the centre.
+    pub fn isometry(&self) -> Isometry3d {
+        Isometry3d::new(self.pose.translation, self.pose.rotation)
+    }
+
+    /// Whether it moves.
+    pub fn moves(&self) -> bool {
+        !self.asleep && self.held.is_none()
+    }
+
+    /// Lets it move again.
+    pub fn wake(&mut self) {
+        self.asleep = false;
+        self.still_steps = 0;
+    }
+
+    /// The hull's corners, mm.
+    pub fn corners(&self) -> impl Iterator<Item = Vec3> {
+        self.hull.points().iter().map(|&point| self.pose * point)
+    }
+
+    /// Velocity of a point of it, given from its centre.
+    pub fn velocity_at(&self, arm: Vec3) -> Vec3 {
+        self.velocity + self.turn.cross(arm)
+    }
+
+    /// Brings the inertia to where it has turned.
+    pub fn turn_inertia(&mut self) {
+        let rotation = Mat3::from_quat(self.pose.rotation);
+        self.inverse_inertia_now = rotation * self.inverse_inertia * rotation.transpose();
+    }
+
+    /// Moves it at these velocities. Returns whether that made sense; if not, it stays.
+    pub fn advance(&mut self, velocity: Vec3, turn: Vec3, seconds: f32) -> bool {
+        let pose = Pose::from_parts(
+            self.pose.translation + velocity * seconds,
+            (Quat::from_scaled_axis(turn * seconds) * self.pose.rotation).normalize(),
+        );
+        let is_sound = pose.is_finite();
+        if is_sound {
+            self.pose = pose;
+        }
+        is_sound
+    }
+}
+
+/// The convex hull of a chip about its centre, or of a cube of its size where it is too flat for one.
+fn hull(vertices: &[Vec3], centre: DVec3, diameter: f32) -> Option<ConvexPolyhedron> {
+    let local: Vec<Vec3> = (vertices.iter())
+        .map(|vertex| (vertex.as_dvec3() - centre).as_vec3())
+        .filter(|vertex| vertex.is_finite())
+        .collect();
+    let mut corners: Vec<Vec3> = Vec::new();
+    for direction in directions() {
+        let outermost = support(&local, direction);
+        if !corners.contains(&outermost) {
+            corners.push(outermost);
+        }
+    }
+    ConvexPolyhedron::from_convex_hull(&corners).or_else(|| {
+        // Of the sphere's volume.
+        let half = 0.4 * diameter;
+        let cube: Vec<Vec3> = (0..8u32)
+            .map(|corner| {
+                let side = |bit: u32| if corner & bit == 0 { half } else { -half };
+                Vec3::new(side(1), side(2), side(4))
+            })
+            .collect();
+        ConvexPolyhedron::from_convex_hull(&cube)
+    })
+}
+
+fn support(points: &[Vec3], direction: Vec3) -> Vec3 {
+    let mut outermost = (f32::NEG_INFINITY, Vec3::ZERO);
+    for &point in points {
+        let along = point.dot(direction);
+        if along > outermost.0 {
+            outermost = (along, point);
+        }
+    }
+    outermost.1
+}
+
+/// Evenly spread over the sphere: a spiral by the golden angle.
+fn directions() -> impl Iterator<Item = Vec3> {
+    let golden = std::f32::consts::PI * (3.0 - 5.0f32.sqrt());
+    (0..HULL_DIRECTIONS).map(move |index| {
+        let z = 1.0 - (2 * index + 1) as f32 / HULL_DIRECTIONS as f32;
+        let (sin, cos) = (golden * index as f32).sin_cos();
+        let across = (1.0 - z * z).sqrt();
+        Vec3::new(across * cos, across * sin, z)
+    })
+}
