@@ -13,8 +13,8 @@ pub const CUT: f32 = 0.5;
 
 /// The dye on marked tissue: no tissue is blue, so it cannot be taken for any.
 pub const MARK: LinearRgba = LinearRgba::new(0.03, 0.17, 0.48, 1.0);
-/// How much of the surface's own colour the dye hides.
-pub const MARK_SHARE: f32 = 0.76;
+/// How much of the surface's own colour the dye hides: a stain, through which mucosa and cut tissue are still told apart.
+pub const MARK_SHARE: f32 = 0.5;
 
 /// Adenoma in the section.
 pub const ADENOMA: LinearRgba = LinearRgba::new(0.66, 0.36, 0.19, 1.0);

@@ -155,10 +155,12 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
             }
             var cut = colour;
             if whole < 1.0 {
-                // Cut tissue: pale fibres, small bleeding points.
-                let fibre = noise(place * vec3(1.1, 1.1, 3.4)).w;
-                let point = smoothstep(0.76, 0.86, noise(place * 0.9 + vec3(3.0, 50.0, 1.0)).w);
-                cut = mix(colour * (0.90 + 0.6 * fibre), vec3(0.34, 0.03, 0.02), 0.75 * point);
+                // Cut tissue: grooves along the strokes, granules, and bleeding points no wider than a vessel's mouth.
+                let groove = noise(place * vec3(3.1, 3.1, 0.8));
+                normal = normalize(normal - 0.3 * look.relief * (groove.xyz - normal * dot(groove.xyz, normal)));
+                let point = smoothstep(0.80, 0.88, noise(place * 2.1 + vec3(3.0, 50.0, 1.0)).w);
+                let grain = 0.66 + 0.34 * groove.w + 0.30 * fine.w;
+                cut = mix(colour * grain, vec3(0.34, 0.03, 0.02), 0.6 * point);
             }
             colour = mix(cut, mucosa, whole);
             gloss = gloss * (0.6 + 0.8 * fine.w);
@@ -191,6 +193,11 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     let highlight = pow(clamp(dot(normal, half_way), 0.0, 1.0), look.sharpness);
     let edge = pow(1.0 - clamp(dot(normal, -ray), 0.0, 1.0), 4.0);
     light += vec3(1.0, 0.96, 0.92) * gloss * min(strength, 0.9) * (highlight * 0.7 + edge * 0.08);
+    // Water clings to tissue: small bright glints over the broad sheen.
+    if look.surface == TISSUE {
+        let glint = pow(clamp(dot(normal, half_way), 0.0, 1.0), 6.0 * look.sharpness);
+        light += vec3(1.0, 0.97, 0.94) * gloss * min(strength, 0.9) * glint * 0.45;
+    }
     light += look.colour.rgb * look.glow;
     // Blood in the water takes light away and sends some of the lamp's back; blood on the lens hides all.
     light = mix(MURK * look.brightness, light, exp(-look.extinction * distance));

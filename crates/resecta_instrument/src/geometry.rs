@@ -64,6 +64,9 @@ impl Default for ResectoscopeGeometry {
 }
 
 impl ResectoscopeGeometry {
+    /// The telescopes that there are, by the inclination of their view, degrees (practice).
+    pub const OPTICS_DEG: [f32; 3] = [0.0, 12.0, 30.0];
+
     /// The sheath as a capsule: its middle line from the outer end to one radius behind the tip, so that the round cap
     /// ends at the tip.
     pub fn sheath_segment(&self) -> [Vec3; 2] {

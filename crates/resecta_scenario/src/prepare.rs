@@ -169,8 +169,12 @@ fn place(setup: &InstrumentSetup, case: &Case) -> Result<Resectoscope, RuleError
         Some(axis) => Vec3::from(axis),
         None => landmark("instrument.axis", "bladder neck", case.landmarks.bladder_neck)? - pivot,
     };
-    Resectoscope::new(pivot, axis, Vec3::NEG_Y)
-        .map_err(|error| RuleError::new("instrument", "unusable", error.to_string()))
+    let mut scope = Resectoscope::new(pivot, axis, Vec3::NEG_Y)
+        .map_err(|error| RuleError::new("instrument", "unusable", error.to_string()))?;
+    if let Some(optic) = setup.optic_deg {
+        scope.geometry.lens_deg = optic;
+    }
+    Ok(scope)
 }
 
 /// On the axis, the tip as high as the verumontanum, loop drawn in.

@@ -1,7 +1,7 @@
 //! The rules that an exercise must keep: each names the field, the value and what was expected.
 
 use resecta_anatomy::Zone;
-use resecta_instrument::{FieldLimit, InstrumentField, InstrumentLimits};
+use resecta_instrument::{FieldLimit, InstrumentField, InstrumentLimits, ResectoscopeGeometry};
 use resecta_solver::{CollapseLaw, Material, ShearResistance};
 use resecta_tissue::{CutDetail, CuttingRule};
 
@@ -153,6 +153,12 @@ fn instrument(setup: &InstrumentSetup) -> Checked {
             format_args!("{axis:?}"),
             "a direction, not zero",
         ));
+    }
+    if let Some(optic) = setup.optic_deg
+        && !ResectoscopeGeometry::OPTICS_DEG.contains(&optic)
+    {
+        let expected = "0, 12 or 30 degrees, the telescopes that there are";
+        return Err(RuleError::new("instrument.optic_deg", optic, expected));
     }
     let Some(start) = setup.start else { return Ok(()) };
     if let Some(tap) = InstrumentField::TAPS.into_iter().find(|&tap| start.get(tap) != 0.0) {

@@ -160,6 +160,10 @@ fn broken_rules_name_field_value_and_what_was_expected() {
             "instrument.start.inflow_tap is 1; expected nothing: `models.water.irrigation` says how far the taps are open",
         ),
         (
+            ("marked: (", "instrument: (optic_deg: 15), marked: ("),
+            "instrument.optic_deg is 15; expected 0, 12 or 30 degrees, the telescopes that there are",
+        ),
+        (
             ("case: \"medium\"", "case: \"medium\", material: \"ex_vitro\""),
             "material is \"ex_vitro\"; expected a material preset (palpation_5hz, palpation_static, ex_vivo, \
              mr_elastography, papers_lattice); did you mean `ex_vivo`?",
