@@ -111,7 +111,8 @@ impl Trigger {
             Trigger::LoopIn { .. } => &[Action::LoopIn],
             Trigger::Cut { .. } => &[Action::Cut, Action::LoopIn],
             Trigger::Coagulated { .. } => &[Action::Coagulate],
-            Trigger::BladderBelow { .. } | Trigger::BladderAbove { .. } => &[],
+            Trigger::BladderAbove { .. } => &[Action::InflowOpen, Action::OutflowClose],
+            Trigger::BladderBelow { .. } => &[Action::InflowClose, Action::OutflowOpen],
         }
     }
 
