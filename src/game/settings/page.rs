@@ -82,12 +82,12 @@ pub fn show(
                         changed = InstrumentBindings::default();
                         loudness = SoundSettings::default();
                     }
-                    waiting(ui, &page);
                 });
                 ui.separator();
                 ui.vertical(|ui| {
                     ui.set_width(TABLE_WIDTH);
                     ui.add_enabled_ui(!waits, |ui| table::show(ui, &mut changed, hand, &mut page));
+                    waiting(ui, &page);
                 });
             });
         });
@@ -105,8 +105,14 @@ pub fn show(
 
 /// How loud the game is, or why it is silent.
 fn sound(ui: &mut Ui, sound: &mut SoundSettings, output: &SoundOutput) {
-    ui.label(RichText::new("Sound").strong());
-    if let Some(trouble) = output.device().trouble() {
+    let trouble = output.device().trouble();
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Sound").strong());
+        if trouble.is_none() {
+            ui.checkbox(&mut sound.muted, "Off (M)");
+        }
+    });
+    if let Some(trouble) = trouble {
         ui.label(RichText::new(trouble).weak());
         return;
     }
@@ -114,7 +120,6 @@ fn sound(ui: &mut Ui, sound: &mut SoundSettings, output: &SoundOutput) {
         ui.add(egui::Slider::new(&mut sound.volume, 0.0..=1.0).max_decimals(2));
         ui.label("Volume");
     });
-    ui.checkbox(&mut sound.muted, "Off (M)");
 }
 
 fn feel(ui: &mut Ui, feel: &mut LiveFeel, hand: &mut Handedness) {

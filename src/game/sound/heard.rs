@@ -128,7 +128,8 @@ mod tests {
         let instrument = app.world().resource::<ActiveExercise>().instrument;
         let mut request = app.world_mut().get_mut::<InstrumentRequest>(instrument).unwrap();
         change(&mut request.0);
-        for _ in 0..30 {
+        // Taps take their time.
+        for _ in 0..180 {
             app.update();
         }
     }
@@ -210,7 +211,7 @@ mod tests {
                 point: Vec3::ZERO,
                 normal: Vec3::X,
                 depth_mm: 0.1,
-                kind: resecta_solver::NodeKind::Interior,
+                kind: resecta_solver::NodeKind::Inner,
                 current,
             });
             app.update();

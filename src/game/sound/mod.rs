@@ -147,8 +147,8 @@ fn tell(mut contexts: EguiContexts, told: Res<Told>) -> Result {
     }
     let context = contexts.ctx_mut()?;
     let painter = context.layer_painter(egui::LayerId::new(egui::Order::Foreground, "sound".into()));
-    let below = context.viewport_rect().left_bottom() + egui::vec2(16.0, -14.0);
-    shadowed(&painter, below, Align2::LEFT_BOTTOM, &told.words, 16.0, CAREFUL);
+    let corner = context.viewport_rect().left_top() + egui::vec2(16.0, 14.0);
+    shadowed(&painter, corner, Align2::LEFT_TOP, &told.words, 16.0, CAREFUL);
     Ok(())
 }
 
