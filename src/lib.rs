@@ -10,6 +10,7 @@
 //! | [`chips`] | what strokes cut free, floating in the irrigant |
 //! | [`fluid`] | blood and water: irrigation, bleeding, turbidity, absorption |
 //! | [`instrument`] | the resectoscope and where its input comes from |
+//! | [`sound`] | samples of what is heard, without a device |
 //! | [`scenario`] | exercises, metrics, score, the record of a run |
 //!
 //! [`ResectaPlugins`] is all of the simulation and nothing of the picture; any app can hold it:
@@ -45,6 +46,7 @@ pub use resecta_fluid as fluid;
 pub use resecta_instrument as instrument;
 pub use resecta_scenario as scenario;
 pub use resecta_solver as solver;
+pub use resecta_sound as sound;
 pub use resecta_tissue as tissue;
 
 pub use plugins::{FixedStepPlugin, ResectaPlugins, STEP_HZ};

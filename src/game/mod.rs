@@ -16,6 +16,7 @@
 //! | pictures of key moments | `moments.rs` |
 //! | how fast it runs | `pace.rs` |
 //! | the player's settings, their file and their page | `settings/` |
+//! | what is heard | `sound/` |
 //! | what is shown and felt at the end of the instrument's way | `stops.rs` |
 
 mod catalogue;
@@ -33,6 +34,7 @@ mod palette;
 mod panel;
 mod settings;
 mod sketch;
+mod sound;
 mod stops;
 mod title;
 mod tutorial;
@@ -56,7 +58,8 @@ use crate::{
 pub use display::NoDisplay;
 pub use flow::{GameFlow, Phase};
 pub use layout::ViewLayout;
-pub use settings::{KeptSettings, Settings, SettingsError, SettingsFile, SettingsPage, SettingsPlugin};
+pub use settings::{KeptSettings, Settings, SettingsError, SettingsFile, SettingsPage, SettingsPlugin, SoundSettings};
+pub use sound::{SoundDevice, SoundOutput};
 
 /// What to play.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -130,6 +133,7 @@ pub fn run(options: GameOptions) -> Result<(), GameError> {
             moments::plugin,
             debrief::plugin,
             stops::plugin,
+            sound::plugin,
             SettingsPlugin {
                 file: SettingsFile::of_user(),
             },

@@ -26,8 +26,36 @@ pub struct Settings {
     pub hand: Handedness,
     /// Sensitivities, inverted axes, dead zone, pedals.
     pub feel: LiveFeel,
+    /// How loud the game is.
+    pub sound: SoundSettings,
     /// What does each action. An action that is not named is bound as at first; one with an empty list by nothing.
     pub bindings: BTreeMap<InstrumentAction, Vec<BoundInput>>,
+}
+
+/// How loud the game is.
+#[derive(Serialize, Deserialize, Debug, Clone, Copy, PartialEq)]
+#[serde(deny_unknown_fields, default)]
+pub struct SoundSettings {
+    /// 0 (silent) to 1.
+    pub volume: f32,
+    /// Silent whatever the volume is.
+    pub muted: bool,
+}
+
+impl Default for SoundSettings {
+    fn default() -> Self {
+        Self {
+            volume: 0.7,
+            muted: false,
+        }
+    }
+}
+
+impl SoundSettings {
+    /// The volume that is to be heard, 0 to 1.
+    pub fn loudness(&self) -> f32 {
+        if self.muted { 0.0 } else { self.volume }
+    }
 }
 
 /// Why settings were not read or written.
@@ -63,6 +91,14 @@ pub enum SettingsError {
         /// The field, its value and its range.
         value: FeelError,
     },
+    /// The volume is out of its range.
+    #[error("{}: sound.volume is {value}, expected 0 to 1", file.display())]
+    Volume {
+        /// The file.
+        file: PathBuf,
+        /// The volume.
+        value: f32,
+    },
     /// The file cannot be written; one that was there before is as it was.
     #[error("{}: cannot be written: {source}", file.display())]
     Write {
@@ -74,12 +110,13 @@ pub enum SettingsError {
 }
 
 impl Settings {
-    /// What these bindings keep.
+    /// What these bindings keep, with the sound as at first.
     pub fn of(hand: Handedness, bindings: &InstrumentBindings) -> Self {
         let rows = bindings.rows.iter();
         Settings {
             hand,
             feel: bindings.feel,
+            sound: SoundSettings::default(),
             bindings: rows.map(|row| (row.action, row.inputs.clone())).collect(),
         }
     }
@@ -115,7 +152,13 @@ impl Settings {
             file: file.into(),
             value,
         })?;
-        Ok(settings)
+        match settings.sound.volume {
+            volume if (0.0..=1.0).contains(&volume) => Ok(settings),
+            value => Err(SettingsError::Volume {
+                file: file.into(),
+                value,
+            }),
+        }
     }
 }
 
@@ -250,12 +293,17 @@ mod tests {
         let extra = BoundInput::PadNegative(GamepadAxis::LeftZ);
         bindings.bind(InstrumentAction::Cut, extra, None);
         bindings.rows[InstrumentAction::RollLeft.index()].inputs.clear();
-        let settings = Settings::of(Handedness::Left, &bindings);
+        let mut settings = Settings::of(Handedness::Left, &bindings);
+        settings.sound = SoundSettings {
+            volume: 0.25,
+            muted: true,
+        };
         file.save(&settings).unwrap();
         file.save(&settings).unwrap();
         let read = file.load();
         assert!(read.trouble.is_none(), "{:?}", read.trouble);
         assert_eq!(read.settings.bindings(), bindings);
+        assert_eq!(read.settings.sound, settings.sound);
         let files = fs::read_dir(file.path().parent().unwrap()).unwrap().count();
         assert_eq!(files, 1, "nothing unfinished is left");
     }
@@ -280,6 +328,8 @@ mod tests {
                 "`KeyÄ` is no input, expected",
             ),
             ("(feel: (mouse: 9))", ": feel.mouse is 9", "expected 0.1 to 5"),
+            ("(sound: (volume: 2))", ": sound.volume is 2", "expected 0 to 1"),
+            ("(sound: (volume: NaN))", ": sound.volume is NaN", "expected 0 to 1"),
         ] {
             let (place, kept, files) = broken(text);
             assert!(place.starts_with(at) && place.contains(says), "{text} says {place}");

@@ -17,15 +17,18 @@ use bevy::prelude::*;
 use bevy_egui::EguiPrimaryContextPass;
 use resecta_instrument::{BoundInput, DeviceParams, Handedness, InputCapture, InstrumentAction, InstrumentBindings};
 
-use super::flow::{GameFlow, Phase, Wish};
+use super::{
+    flow::{GameFlow, Phase, Wish},
+    sound,
+};
 
-pub use file::{Loaded, Settings, SettingsError, SettingsFile};
+pub use file::{Loaded, Settings, SettingsError, SettingsFile, SoundSettings};
 
 /// Opens and closes the page.
 pub const KEY: KeyCode = KeyCode::F2;
 
 /// Inputs that the game itself listens to, and what for.
-pub const RESERVED: [(BoundInput, &str); 18] = {
+pub const RESERVED: [(BoundInput, &str); 19] = {
     use BoundInput::{Button, Key, PadButton};
     [
         (Key(KeyCode::Enter), "begin, go on"),
@@ -37,6 +40,7 @@ pub const RESERVED: [(BoundInput, &str); 18] = {
         (Key(KeyCode::KeyH), "help"),
         (Key(KeyCode::F1), "help"),
         (Key(KEY), "settings"),
+        (Key(sound::KEY), "sound on, off"),
         (Key(KeyCode::KeyJ), "turn the outside view"),
         (Key(KeyCode::KeyL), "turn the outside view"),
         (Key(KeyCode::KeyI), "turn the outside view"),
@@ -85,6 +89,8 @@ impl Capture {
 pub struct KeptSettings {
     /// Which hand holds the mouse.
     pub hand: Handedness,
+    /// How loud the game is.
+    pub sound: SoundSettings,
     /// What went wrong with the file, until the player has read it.
     pub trouble: Option<String>,
     file: Option<SettingsFile>,
@@ -103,6 +109,7 @@ impl Plugin for SettingsPlugin {
         app.insert_resource(bindings)
             .insert_resource(kept)
             .init_resource::<SettingsPage>()
+            .init_resource::<sound::SoundOutput>()
             .add_systems(Update, (capture, save).chain())
             .add_systems(EguiPrimaryContextPass, (page::show, page::tell_trouble));
     }
@@ -123,9 +130,13 @@ impl KeptSettings {
         let bindings = settings.bindings();
         let kept = KeptSettings {
             hand: settings.hand,
+            sound: settings.sound,
             trouble: told,
             file: file.filter(|_| may_write),
-            saved: Settings::of(settings.hand, &bindings),
+            saved: Settings {
+                sound: settings.sound,
+                ..Settings::of(settings.hand, &bindings)
+            },
         };
         (kept, bindings)
     }
@@ -219,14 +230,18 @@ fn save(
     if buttons.is_some_and(|buttons| buttons.any_pressed([MouseButton::Left])) {
         return;
     }
-    let KeptSettings { saved, hand, .. } = &*kept;
+    let KeptSettings { saved, hand, sound, .. } = &*kept;
     let is_kept = saved.hand == *hand
+        && saved.sound == *sound
         && saved.feel == bindings.feel
         && (bindings.rows.iter()).all(|row| saved.bindings.get(&row.action) == Some(&row.inputs));
     let Some(file) = kept.file.clone().filter(|_| !is_kept) else {
         return;
     };
-    let settings = Settings::of(kept.hand, &bindings);
+    let settings = Settings {
+        sound: kept.sound,
+        ..Settings::of(kept.hand, &bindings)
+    };
     if let Err(error) = file.save(&settings) {
         kept.trouble = Some(error.to_string());
     }

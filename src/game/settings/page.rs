@@ -7,10 +7,11 @@ use bevy_egui::{
 };
 use resecta_instrument::{Handedness, InstrumentBindings, InvertedAxes, LiveFeel, PedalMode};
 
-use super::{KeptSettings, SettingsPage, table};
+use super::{KeptSettings, SettingsPage, SoundSettings, table};
 use crate::game::{
     flow::GameFlow,
     palette::{BAD, CAREFUL},
+    sound::SoundOutput,
 };
 
 /// Widths of the two halves, logical pixels: together they fit a window of 1280 by 720 with room for longer names.
@@ -23,6 +24,7 @@ pub fn show(
     mut page: ResMut<SettingsPage>,
     mut bindings: ResMut<InstrumentBindings>,
     mut kept: ResMut<KeptSettings>,
+    output: Res<SoundOutput>,
 ) -> Result {
     if !page.open {
         if page.was_open {
@@ -37,6 +39,7 @@ pub fn show(
     // Written back only where something was changed: what keeps the settings looks for that.
     let mut changed = bindings.clone();
     let mut hand = kept.hand;
+    let mut loudness = kept.sound;
     egui::Modal::new("settings".into())
         .backdrop_color(egui::Color32::from_black_alpha(170))
         .show(context, |ui| {
@@ -68,6 +71,8 @@ pub fn show(
                         changed = InstrumentBindings::of_hand(hand);
                         changed.feel = feel;
                     }
+                    ui.separator();
+                    ui.add_enabled_ui(!waits, |ui| sound(ui, &mut loudness, &output));
                     ui.add_space(8.0);
                     if ui
                         .add_enabled(!waits, egui::Button::new("Set everything back"))
@@ -75,13 +80,14 @@ pub fn show(
                     {
                         hand = Handedness::default();
                         changed = InstrumentBindings::default();
+                        loudness = SoundSettings::default();
                     }
-                    waiting(ui, &page);
                 });
                 ui.separator();
                 ui.vertical(|ui| {
                     ui.set_width(TABLE_WIDTH);
                     ui.add_enabled_ui(!waits, |ui| table::show(ui, &mut changed, hand, &mut page));
+                    waiting(ui, &page);
                 });
             });
         });
@@ -91,7 +97,29 @@ pub fn show(
     if hand != kept.hand {
         kept.hand = hand;
     }
+    if loudness != kept.sound {
+        kept.sound = loudness;
+    }
     Ok(())
+}
+
+/// How loud the game is, or why it is silent.
+fn sound(ui: &mut Ui, sound: &mut SoundSettings, output: &SoundOutput) {
+    let trouble = output.device().trouble();
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Sound").strong());
+        if trouble.is_none() {
+            ui.checkbox(&mut sound.muted, "Off (M)");
+        }
+    });
+    if let Some(trouble) = trouble {
+        ui.label(RichText::new(trouble).weak());
+        return;
+    }
+    ui.horizontal(|ui| {
+        ui.add(egui::Slider::new(&mut sound.volume, 0.0..=1.0).max_decimals(2));
+        ui.label("Volume");
+    });
 }
 
 fn feel(ui: &mut Ui, feel: &mut LiveFeel, hand: &mut Handedness) {
