@@ -25,7 +25,7 @@ pub use file::{Loaded, Settings, SettingsError, SettingsFile};
 pub const KEY: KeyCode = KeyCode::F2;
 
 /// Inputs that the game itself listens to, and what for.
-pub const RESERVED: [(BoundInput, &str); 18] = {
+pub const RESERVED: [(BoundInput, &str); 20] = {
     use BoundInput::{Button, Key, PadButton};
     [
         (Key(KeyCode::Enter), "begin, go on"),
@@ -34,6 +34,7 @@ pub const RESERVED: [(BoundInput, &str); 18] = {
         (Key(KeyCode::KeyP), "pause"),
         (Key(KeyCode::KeyR), "restart"),
         (Key(KeyCode::Tab), "change the views"),
+        (Key(KeyCode::KeyG), "guidance"),
         (Key(KeyCode::KeyH), "help"),
         (Key(KeyCode::F1), "help"),
         (Key(KEY), "settings"),
@@ -46,6 +47,7 @@ pub const RESERVED: [(BoundInput, &str); 18] = {
         (Button(MouseButton::Middle), "turn the outside view"),
         (PadButton(GamepadButton::Start), "begin, pause"),
         (PadButton(GamepadButton::Select), "change the views"),
+        (PadButton(GamepadButton::North), "guidance"),
     ]
 };
 
