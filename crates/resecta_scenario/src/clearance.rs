@@ -57,3 +57,62 @@ pub(crate) fn measure(
     });
     clearance.set_if_neq(answer);
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use bevy::time::TimeUpdateStrategy;
+    use resecta_instrument::InstrumentPlugin;
+    use resecta_tissue::TissuePlugin;
+
+    use super::*;
+    use crate::{Library, ScenarioPlugin, spawn_exercise};
+
+    #[test]
+    fn it_is_answered_in_play_where_it_is_asked_for() {
+        let mut app = App::new();
+        app.add_plugins((
+            MinimalPlugins,
+            TissuePlugin::default(),
+            InstrumentPlugin,
+            ScenarioPlugin::default(),
+        ))
+        .insert_resource(Time::<Fixed>::from_hz(60.0))
+        .insert_resource(TimeUpdateStrategy::FixedTimesteps(1));
+        let mut loaded = Library::new(Path::new("../../assets")).load("first_cuts").unwrap();
+        loaded.exercise.alpha_deg = 20.0;
+        let active = spawn_exercise(app.world_mut(), loaded.prepare().unwrap());
+        app.update();
+        app.update();
+        assert!(app.world().get::<LoopClearance>(active.instrument).is_none());
+
+        let mut instrument = app.world_mut().entity_mut(active.instrument);
+        instrument.insert(LoopClearance::default());
+        app.update();
+        let entity = app.world().entity(active.instrument);
+        let found = *entity.get::<LoopClearance>().unwrap();
+        let (state, scope) = (
+            entity.get::<InstrumentState>().unwrap(),
+            entity.get::<Resectoscope>().unwrap(),
+        );
+        let sheath = scope.sheath_pose(state);
+        let radius = scope.geometry.wire_diameter_mm / 2.0;
+        let wire: Vec<Vec3> = (scope.geometry.loop_wire(state.stroke_mm).into_iter())
+            .map(|point| sheath * point)
+            .collect();
+        let lowest = wire.iter().map(|point| point.z).fold(f32::INFINITY, f32::min);
+        let sphincter = active.case.landmarks.external_sphincter.unwrap().z as f32;
+        assert_eq!(found.sphincter_mm, Some(lowest - radius - sphincter));
+        // Nothing has moved the capsule by more than a fraction of a millimetre yet, and the nearest place of it is no
+        // further than the nearest at the height of a point of the wire.
+        let across = (wire.iter().map(|point| active.walls.capsule_mm(point.as_dvec3()))).fold(f64::INFINITY, f64::min);
+        let capsule_mm = f64::from(found.capsule_mm.unwrap());
+        assert!(
+            capsule_mm > 1.0 && capsule_mm < across - f64::from(radius) + 0.5,
+            "{capsule_mm} {across}"
+        );
+        let nearest = found.nearest.unwrap();
+        assert!(active.walls.capsule_mm(nearest.as_dvec3()) < 0.5, "{nearest}");
+    }
+}

@@ -11,12 +11,12 @@ use bevy::{
 };
 use bevy_egui::egui::{self, Align2, Painter, Stroke};
 use resecta_anatomy::{BladderShape, Zone};
-use resecta_instrument::{InstrumentState, Resectoscope};
+use resecta_instrument::{InstrumentState, Resectoscope, ResectoscopeGeometry};
 use resecta_scenario::ActiveExercise;
 use resecta_tissue::Tissue;
 
 use super::{super::overlay::shadowed, super::palette, Shown};
-use crate::view::ViewSystems;
+use crate::view::{BEAK_MM, ViewSystems};
 
 /// How far away a landmark is still named, mm: the light of the lens ends there.
 const FAR_MM: f32 = 45.0;
@@ -106,7 +106,8 @@ fn look(
         Some(sight) => {
             let way = sight.place - eye;
             let direction = way.normalize_or_zero();
-            let is_in_field = is_in_field(ahead, scope.geometry.field_of_view_deg, way);
+            let is_in_field = is_in_field(ahead, scope.geometry.field_of_view_deg, way)
+                && !is_behind_beak(&scope.geometry, scope.sheath_pose(state).rotation.inverse() * way);
             sight.is_seen = is_in_field && first_hit(direction).is_none_or(|hit| hit > way.length() - UNDER_MM);
         }
         None => {
@@ -123,6 +124,25 @@ fn look(
 fn is_in_field(ahead: Vec3, field_of_view_deg: f32, way: Vec3) -> bool {
     let half = (0.5 * field_of_view_deg).to_radians();
     way.length() < FAR_MM && ahead.dot(way.normalize_or_zero()) > half.cos()
+}
+
+/// Whether the sheath or its beak hides a point from the lens; the way to it in the frame of the instrument.
+fn is_behind_beak(geometry: &ResectoscopeGeometry, way: Vec3) -> bool {
+    let (radius, lens) = (
+        geometry.sheath_diameter_mm / 2.0,
+        Vec3::Y * geometry.telescope_offset_mm,
+    );
+    // Where the way leaves the sheath's cylinder: |lens + t way| = radius across the axis.
+    let (across, from) = (way.truncate(), lens.truncate());
+    let (a, b, c) = (
+        across.length_squared(),
+        across.dot(from),
+        from.length_squared() - radius * radius,
+    );
+    let leaves = lens + way * ((b * b - a * c).sqrt() - b) / a;
+    // The beak is the lower third of the ring.
+    let is_low = leaves.y < -0.5 * radius;
+    leaves.is_finite() && (leaves.z > 0.0 || is_low && leaves.z > -BEAK_MM)
 }
 
 /// What the tissue at a place of its surface is called.
@@ -202,7 +222,7 @@ pub fn show(painter: &Painter, camera: &Camera, eye: &GlobalTransform, zoom: f32
             continue;
         };
         let at = egui::pos2(at.x, at.y) * point;
-        if at.distance(centre) > radius {
+        if at.distance(centre) > 0.96 * radius {
             continue;
         }
         let ring = (0..=24).map(|n| at + 9.0 * egui::Vec2::angled(TAU * n as f32 / 24.0));
@@ -241,6 +261,17 @@ mod tests {
         assert_eq!(hit(Vec3::new(1.1, 0.2, 5.0), Vec3::NEG_Z), None);
         assert_eq!(hit(Vec3::NAN, Vec3::NEG_Z), None);
         assert_eq!(meets(Vec3::ZERO, Vec3::Z, [Vec3::Z, Vec3::Z, Vec3::Z]), None);
+    }
+
+    #[test]
+    fn the_sheath_and_its_beak_hide_what_is_under_them() {
+        let hides = |way: [f32; 3]| is_behind_beak(&ResectoscopeGeometry::default(), way.into());
+        // Straight ahead, over the beak's end, and above.
+        assert!(!hides([0.0, 0.0, -20.0]) && !hides([0.0, -6.0, -6.0]) && !hides([0.0, 6.0, -2.0]));
+        // Under the beak, and behind the tip.
+        assert!(hides([0.0, -8.0, -2.0]) && hides([8.0, 0.0, 2.0]));
+        // The beak is below alone.
+        assert!(!hides([8.0, 0.0, -2.0]));
     }
 
     #[test]

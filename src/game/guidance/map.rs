@@ -90,10 +90,9 @@ fn one(painter: &Painter, area: Rect, look: Look, words: &str, active: &ActiveEx
     let line: Vec<Pos2> = outline.into_iter().map(at).collect();
     painter.add(Shape::closed_line(line, Stroke::new(1.5, fade(palette::ADENOMA))));
     let marks = &active.case.landmarks;
-    for mark in [marks.bladder_neck, marks.verumontanum, marks.external_sphincter] {
-        if let Some(mark) = mark {
-            painter.circle_filled(place(mark.as_vec3()), 2.5, fade(palette::FOCUS));
-        }
+    let marks = [marks.bladder_neck, marks.verumontanum, marks.external_sphincter];
+    for mark in marks.into_iter().flatten() {
+        painter.circle_filled(place(mark.as_vec3()), 2.5, fade(palette::FOCUS));
     }
     let sheath = held.scope.sheath_pose(held.state);
     let tip = Vec3::from(sheath.translation);

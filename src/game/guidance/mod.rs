@@ -177,7 +177,7 @@ struct Views {
 }
 
 impl Views {
-    fn of<'a>(mut cameras: impl Iterator<Item = (&'a Camera, bool)>, zoom: f32) -> Self {
+    fn of<'a>(cameras: impl Iterator<Item = (&'a Camera, bool)>, zoom: f32) -> Self {
         let mut views = Views {
             endoscope: None,
             outside: None,
@@ -187,7 +187,7 @@ impl Views {
             let corner = |at: Vec2| egui::pos2(at.x / zoom, at.y / zoom);
             egui::Rect::from_min_max(corner(area.min), corner(area.max))
         };
-        while let Some((camera, is_endoscope)) = cameras.next() {
+        for (camera, is_endoscope) in cameras {
             let area = camera.logical_viewport_rect().map(points);
             match is_endoscope {
                 _ if !camera.is_active => {}

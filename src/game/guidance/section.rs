@@ -1,6 +1,6 @@
 //! A picture of the tissue as it is now, cut across at a height: zones in their colours, what is missing left out.
 
-use bevy::math::Vec3;
+use bevy::math::{Vec2, Vec3};
 use bevy_egui::egui::{Color32, ColorImage};
 use resecta_scenario::MarkedRegion;
 use resecta_tissue::{Plane, Tissue};
@@ -11,11 +11,14 @@ use super::super::palette;
 /// seen would hang on rounding.
 const BESIDE_MM: f32 = 0.05;
 
+/// How far outside of a triangle a pixel's middle is still its, pixels: rounding must not open the seams between triangles.
+const SEAM: f32 = 0.05;
+
 /// What of the plane is shown: a square, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
     /// Its middle.
-    pub middle: bevy::math::Vec2,
+    pub middle: Vec2,
     /// Half its side.
     pub half_mm: f32,
 }
@@ -76,29 +79,22 @@ impl Raster {
     fn fill(&mut self, triangle: [Vec3; 3], colour: Color32) {
         let (side, scale) = (self.side as f32, self.side as f32 / (2.0 * self.frame.half_mm));
         // In pixels, their middles at whole numbers.
-        let [a, b, c] = triangle.map(|corner| {
-            (corner.truncate() - self.frame.middle + self.frame.half_mm) * scale - bevy::math::Vec2::splat(0.5)
-        });
-        let (low, high) = (
-            a.min(b).min(c).ceil().max(bevy::math::Vec2::ZERO),
-            a.max(b).max(c).floor(),
-        );
+        let [a, b, c] = triangle
+            .map(|corner| (corner.truncate() - self.frame.middle + self.frame.half_mm) * scale - Vec2::splat(0.5));
+        let low = (a.min(b).min(c) - SEAM).ceil().max(Vec2::ZERO);
+        let high = (a.max(b).max(c) + SEAM).floor();
         if !(high.is_finite() && low.is_finite()) {
             return;
         }
-        let last = high.min(bevy::math::Vec2::splat(side - 1.0));
-        let area = (b - a).perp_dot(c - a);
+        let last = high.min(Vec2::splat(side - 1.0));
+        let turn = (b - a).perp_dot(c - a).signum();
+        let edges = [(a, b), (b, c), (c, a)].map(|(from, to)| (from, turn * (to - from).normalize_or_zero()));
         let mut y = low.y;
         while y <= last.y {
             let mut x = low.x;
             while x <= last.x {
-                let at = bevy::math::Vec2::new(x, y);
-                let sides = [
-                    (b - a).perp_dot(at - a),
-                    (c - b).perp_dot(at - b),
-                    (a - c).perp_dot(at - c),
-                ];
-                if sides.iter().all(|side| side * area >= 0.0) {
+                let at = Vec2::new(x, y);
+                if edges.iter().all(|&(from, along)| along.perp_dot(at - from) >= -SEAM) {
                     self.pixels[y as usize * self.side + x as usize] = colour;
                 }
                 x += 1.0;
@@ -127,7 +123,6 @@ impl Raster {
 
 #[cfg(test)]
 mod tests {
-    use bevy::math::Vec2;
 
     use super::*;
 
