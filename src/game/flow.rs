@@ -185,7 +185,7 @@ pub fn begin(world: &mut World, prepared: PreparedExercise) {
 const STEPS_A_WATCH: u32 = 120;
 
 /// The keys of the game. None of them is among the instrument's bindings.
-pub const KEYS: [(&str, &str); 11] = [
+pub const KEYS: [(&str, &str); 12] = [
     ("Press a button, choose", "Enter, Pad Start"),
     ("To another button", "Arrows, Tab"),
     ("Pause; in menus, back", "Esc, Pad Start"),
@@ -193,6 +193,7 @@ pub const KEYS: [(&str, &str); 11] = [
     ("Endoscope, outside, both", "Tab, Pad Back"),
     ("Turn the outside view", "Middle mouse button, or J L I K"),
     ("Zoom the outside view", "Middle mouse button and wheel, or U O"),
+    ("Guidance: by skill, all, off", "G, Pad North"),
     ("Settings", "F2"),
     ("Sound on, off", "M"),
     ("This help", "H or F1"),

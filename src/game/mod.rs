@@ -10,6 +10,7 @@
 //! | the panel at the side | `panel.rs` |
 //! | what lies over the views: briefing, pause, help, warnings | `overlay.rs` |
 //! | the present step of a tutorial | `tutorial.rs` |
+//! | landmarks, distances, slices and map over the views | `guidance/` |
 //! | what a run came to: score, plots, map, advice | `debrief/` |
 //! | colours | `palette.rs` |
 //! | sizes, buttons, the keyboard's focus | `menu.rs` |
@@ -24,6 +25,7 @@ mod choose;
 mod debrief;
 mod display;
 mod flow;
+mod guidance;
 mod history;
 mod layout;
 mod menu;
@@ -134,6 +136,7 @@ pub fn run(options: GameOptions) -> Result<(), GameError> {
             debrief::plugin,
             stops::plugin,
             sound::plugin,
+            guidance::plugin,
             SettingsPlugin {
                 file: SettingsFile::of_user(),
             },

@@ -13,7 +13,7 @@ use super::{
 };
 
 /// How far the beak reaches in front of the tip, mm (ours; nothing collides with it, so it is short).
-const BEAK_MM: f32 = 2.7;
+pub const BEAK_MM: f32 = 2.7;
 /// How much longer than the loop's stroke its arms are, mm, so that their ends never come out of the sheath.
 const ARM_SPARE_MM: f32 = 10.0;
 

@@ -40,6 +40,7 @@ use bevy::{camera::visibility::RenderLayers, prelude::*};
 
 pub use adapter::{NoAdapter, adapter_available};
 pub use cameras::{EndoscopeCamera, OutsideCamera, endoscope_camera, outside_camera};
+pub(crate) use instrument::BEAK_MM;
 pub use material::{Look, Surface, ViewMaterial};
 pub use pictures::{PICTURE_SIZE, PictureError, Pictures, PicturesPlugin, finish_pictures};
 pub use surroundings::Landmark;

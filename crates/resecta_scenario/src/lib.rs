@@ -17,6 +17,7 @@
 //! | bronze, silver, gold | `pars.rs` |
 //! | steps of a tutorial and what ends them | `steps.rs` |
 //! | what was cut, by height and hour | `cut_map.rs` |
+//! | how far the loop is from capsule and sphincter | `clearance.rs` |
 //! | samples of a run over time | `run_log.rs` |
 //! | what to do better | `advice.rs` |
 //! | the order of a step | `plugin.rs` |
@@ -36,6 +37,7 @@
 mod active;
 mod advice;
 mod chips;
+mod clearance;
 mod cut_map;
 mod errors;
 mod exercise;
@@ -58,6 +60,7 @@ mod water;
 
 pub use active::{ActiveExercise, spawn_exercise};
 pub use advice::advice;
+pub use clearance::LoopClearance;
 pub use cut_map::{CutCell, CutMap};
 pub use errors::{ExerciseError, RuleError};
 pub use exercise::{

@@ -11,6 +11,7 @@ use resecta_tissue::{TissueContact, TissueResected, TissueSystems};
 
 use crate::{
     active::ActiveExercise,
+    clearance::{self, LoopClearance},
     metrics::{ChipMasses, Metrics, StepObservation, WaterStep},
     run_log::RunLog,
     score::ScoreCard,
@@ -69,6 +70,7 @@ impl Plugin for ScenarioPlugin {
             .init_resource::<StepProgress>()
             .register_type::<RunState>()
             .register_type::<Metrics>()
+            .register_type::<LoopClearance>()
             .add_message::<TissueContact>()
             .add_message::<TissueResected>()
             .configure_sets(
@@ -109,6 +111,7 @@ impl Plugin for ScenarioPlugin {
                         .in_set(FluidSystems::First)
                         .run_if(resource_exists::<Irrigation>.and_then(resource_exists::<ActiveExercise>)),
                     (observe, observe_water, observe_chips).chain().in_set(Observe),
+                    clearance::measure.in_set(Observe).run_if(clearance::any_clearance),
                     (measure, follow_steps).chain().in_set(Measure),
                     record.in_set(Record).run_if(resource_exists::<Trace>),
                     log.in_set(Record).run_if(resource_exists::<RunLog>),

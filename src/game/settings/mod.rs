@@ -28,7 +28,7 @@ pub use file::{Loaded, Settings, SettingsError, SettingsFile, SoundSettings};
 pub const KEY: KeyCode = KeyCode::F2;
 
 /// Inputs that the game itself listens to, and what for.
-pub const RESERVED: [(BoundInput, &str); 19] = {
+pub const RESERVED: [(BoundInput, &str); 21] = {
     use BoundInput::{Button, Key, PadButton};
     [
         (Key(KeyCode::Enter), "begin, go on"),
@@ -37,6 +37,7 @@ pub const RESERVED: [(BoundInput, &str); 19] = {
         (Key(KeyCode::KeyP), "pause"),
         (Key(KeyCode::KeyR), "restart"),
         (Key(KeyCode::Tab), "change the views"),
+        (Key(KeyCode::KeyG), "guidance"),
         (Key(KeyCode::KeyH), "help"),
         (Key(KeyCode::F1), "help"),
         (Key(KEY), "settings"),
@@ -50,6 +51,7 @@ pub const RESERVED: [(BoundInput, &str); 19] = {
         (Button(MouseButton::Middle), "turn the outside view"),
         (PadButton(GamepadButton::Start), "begin, pause"),
         (PadButton(GamepadButton::Select), "change the views"),
+        (PadButton(GamepadButton::North), "guidance"),
     ]
 };
 

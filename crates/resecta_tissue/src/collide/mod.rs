@@ -16,12 +16,13 @@ mod winding;
 use bevy::prelude::*;
 use resecta_solver::Contact;
 
-use self::{collider::Nearby, contacts::Search, sweep::PartSweep};
 pub(crate) use self::{
+    closest::segment_triangle,
     collider::{Collider, DEPTH_LIMIT_MM},
     contacts::Found,
     sweep::{Axis, ToolMotion},
 };
+use self::{collider::Nearby, contacts::Search, sweep::PartSweep};
 use crate::{
     components::Tissue,
     cut::Reports,

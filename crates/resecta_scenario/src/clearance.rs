@@ -1,0 +1,118 @@
+//! How far the loop is from what must not be cut: the capsule and the external sphincter. Measured at the end of each step for
+//! an instrument that has a [`LoopClearance`], and for no other.
+
+use bevy::prelude::*;
+use resecta_instrument::{InstrumentState, Resectoscope};
+use resecta_tissue::{Capsule, Tissue};
+
+use crate::active::ActiveExercise;
+
+/// Asks how far the loop's wire is from the capsule and from the external sphincter. Inserted on the exercise's instrument, it
+/// is answered in every step ([`ScenarioSystems::Observe`](crate::ScenarioSystems::Observe)); removed, it costs nothing.
+#[derive(Component, Reflect, Debug, Clone, Copy, PartialEq, Default)]
+#[reflect(Component, Default)]
+pub struct LoopClearance {
+    /// Distance from the surface of the wire to the capsule as it lies now, mm; 0 where they touch or cross. What was cut out
+    /// of the capsule still counts. None before the first step and where the tissue has no capsule.
+    pub capsule_mm: Option<f32>,
+    /// The point of the capsule that is nearest, mm.
+    pub nearest: Option<Vec3>,
+    /// How far the lowest point of the wire is above the external sphincter, mm along the axis of the case; negative below
+    /// it. None where the case has none.
+    pub sphincter_mm: Option<f32>,
+}
+
+/// Whether anybody asks.
+pub(crate) fn any_clearance(clearances: Query<(), With<LoopClearance>>) -> bool {
+    !clearances.is_empty()
+}
+
+/// Answers; the capsule is found once a tissue.
+pub(crate) fn measure(
+    active: Res<ActiveExercise>,
+    tissues: Query<&Tissue>,
+    mut instruments: Query<(&InstrumentState, &Resectoscope, &mut LoopClearance)>,
+    mut capsule: Local<Option<(Entity, Capsule)>>,
+) {
+    let Ok((state, scope, mut clearance)) = instruments.get_mut(active.instrument) else {
+        return;
+    };
+    let sheath = scope.sheath_pose(state);
+    let wire = scope.geometry.loop_wire(state.stroke_mm);
+    let wire: Vec<Vec3> = wire.into_iter().map(|point| sheath * point).collect();
+    let radius = scope.geometry.wire_diameter_mm / 2.0;
+    let mut answer = LoopClearance::default();
+    if let Ok(tissue) = tissues.get(active.tissue) {
+        let of_tissue = |(entity, _): &(Entity, Capsule)| *entity == active.tissue;
+        if !capsule.as_ref().is_some_and(of_tissue) {
+            *capsule = Some((active.tissue, Capsule::of(tissue.solver())));
+        }
+        let found = (capsule.as_ref()).and_then(|(_, capsule)| capsule.nearest(tissue.solver(), &wire));
+        answer.capsule_mm = found.map(|found| (found.distance_mm - radius).max(0.0));
+        answer.nearest = found.map(|found| found.on_capsule);
+    }
+    answer.sphincter_mm = active.case.landmarks.external_sphincter.map(|place| {
+        let lowest = wire.iter().map(|point| point.z).fold(f32::INFINITY, f32::min);
+        lowest - radius - place.z as f32
+    });
+    clearance.set_if_neq(answer);
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use bevy::time::TimeUpdateStrategy;
+    use resecta_instrument::InstrumentPlugin;
+    use resecta_tissue::TissuePlugin;
+
+    use super::*;
+    use crate::{Library, ScenarioPlugin, spawn_exercise};
+
+    #[test]
+    fn it_is_answered_in_play_where_it_is_asked_for() {
+        let mut app = App::new();
+        app.add_plugins((
+            MinimalPlugins,
+            TissuePlugin::default(),
+            InstrumentPlugin,
+            ScenarioPlugin::default(),
+        ))
+        .insert_resource(Time::<Fixed>::from_hz(60.0))
+        .insert_resource(TimeUpdateStrategy::FixedTimesteps(1));
+        let mut loaded = Library::new(Path::new("../../assets")).load("first_cuts").unwrap();
+        loaded.exercise.alpha_deg = 20.0;
+        let active = spawn_exercise(app.world_mut(), loaded.prepare().unwrap());
+        app.update();
+        app.update();
+        assert!(app.world().get::<LoopClearance>(active.instrument).is_none());
+
+        let mut instrument = app.world_mut().entity_mut(active.instrument);
+        instrument.insert(LoopClearance::default());
+        app.update();
+        let entity = app.world().entity(active.instrument);
+        let found = *entity.get::<LoopClearance>().unwrap();
+        let (state, scope) = (
+            entity.get::<InstrumentState>().unwrap(),
+            entity.get::<Resectoscope>().unwrap(),
+        );
+        let sheath = scope.sheath_pose(state);
+        let radius = scope.geometry.wire_diameter_mm / 2.0;
+        let wire: Vec<Vec3> = (scope.geometry.loop_wire(state.stroke_mm).into_iter())
+            .map(|point| sheath * point)
+            .collect();
+        let lowest = wire.iter().map(|point| point.z).fold(f32::INFINITY, f32::min);
+        let sphincter = active.case.landmarks.external_sphincter.unwrap().z as f32;
+        assert_eq!(found.sphincter_mm, Some(lowest - radius - sphincter));
+        // Nothing has moved the capsule by more than a fraction of a millimetre yet, and the nearest place of it is no
+        // further than the nearest at the height of a point of the wire.
+        let across = (wire.iter().map(|point| active.walls.capsule_mm(point.as_dvec3()))).fold(f64::INFINITY, f64::min);
+        let capsule_mm = f64::from(found.capsule_mm.unwrap());
+        assert!(
+            capsule_mm > 1.0 && capsule_mm < across - f64::from(radius) + 0.5,
+            "{capsule_mm} {across}"
+        );
+        let nearest = found.nearest.unwrap();
+        assert!(active.walls.capsule_mm(nearest.as_dvec3()) < 0.5, "{nearest}");
+    }
+}

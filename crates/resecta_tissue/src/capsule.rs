@@ -1,0 +1,183 @@
+//! How far something is from the capsule of a tissue, where the tissue is now.
+
+use std::collections::BTreeMap;
+
+use bevy::math::Vec3;
+use resecta_solver::{NodeKind, Tissue};
+
+use crate::collide::segment_triangle;
+
+/// The triangles and quadrilaterals of a prism, as its corners (VTK's wedge).
+const TRIANGLES: [[usize; 3]; 2] = [[0, 1, 2], [3, 4, 5]];
+/// As above.
+const QUADRILATERALS: [[usize; 4]; 3] = [[0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]];
+
+/// The capsule of a tissue: the outer faces whose corners are all of [`NodeKind::Capsule`].
+///
+/// It is the whole of it, with what was cut out since: a loop in a hole of the capsule is at the capsule. Where pentahedra are
+/// gone, it lies where their nodes were last.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Capsule {
+    triangles: Vec<[u32; 3]>,
+    /// Its nodes, by rising index.
+    nodes: Vec<u32>,
+}
+
+/// Where a line comes nearest to a [`Capsule`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CapsuleDistance {
+    /// Distance, mm; 0 where the line crosses the capsule.
+    pub distance_mm: f32,
+    /// The point of the line.
+    pub on_line: Vec3,
+    /// The point of the capsule.
+    pub on_capsule: Vec3,
+}
+
+impl Capsule {
+    /// The capsule of a tissue, the same whatever was cut out of it. Empty for one without capsule nodes.
+    pub fn of(tissue: &Tissue) -> Self {
+        let is_capsule = |node: &u32| tissue.node_kind(*node) == NodeKind::Capsule;
+        // A face that two pentahedra share lies inside.
+        let mut faces: BTreeMap<Vec<u32>, (u32, Vec<u32>)> = BTreeMap::new();
+        for pentahedron in 0..tissue.pentahedron_count() as u32 {
+            let corners = tissue.pentahedron_nodes(pentahedron);
+            let triangles = TRIANGLES.iter().map(|face| face.as_slice());
+            let quadrilaterals = QUADRILATERALS.iter().map(|face| face.as_slice());
+            for face in triangles.chain(quadrilaterals) {
+                let nodes: Vec<u32> = face.iter().map(|&corner| corners[corner]).collect();
+                if !nodes.iter().all(is_capsule) {
+                    continue;
+                }
+                let mut key = nodes.clone();
+                key.sort_unstable();
+                faces.entry(key).or_insert((0, nodes)).0 += 1;
+            }
+        }
+        let outer = faces.into_values().filter(|(count, _)| *count == 1);
+        let triangles: Vec<[u32; 3]> = outer
+            .flat_map(|(_, nodes)| (2..nodes.len()).map(move |n| [nodes[0], nodes[n - 1], nodes[n]]))
+            .collect();
+        let mut nodes: Vec<u32> = triangles.iter().flatten().copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        Self { triangles, nodes }
+    }
+
+    /// Where a line through points, mm, comes nearest to the capsule, the tissue being as it is. None without capsule, without
+    /// points, or where one of them is not finite.
+    pub fn nearest(&self, tissue: &Tissue, line: &[Vec3]) -> Option<CapsuleDistance> {
+        if line.is_empty() || !line.iter().all(|point| point.is_finite()) {
+            return None;
+        }
+        let middle = line.iter().sum::<Vec3>() / line.len() as f32;
+        let radius = line.iter().map(|point| point.distance(middle)).fold(0.0, f32::max);
+        let to_nodes = self.nodes.iter().map(|&node| tissue.position(node).distance(middle));
+        // The nearest node is no nearer than the nearest place: most triangles are too far at a glance.
+        let within = to_nodes.fold(f32::INFINITY, f32::min) + 2.0 * radius;
+        let mut best: Option<CapsuleDistance> = None;
+        for triangle in &self.triangles {
+            let corners = triangle.map(|node| tissue.position(node));
+            let [a, b, c] = corners;
+            let size = a.distance_squared(b).max(a.distance_squared(c)).sqrt();
+            // In this order what is not a number is far away.
+            if (a.distance(middle) - size).total_cmp(&within).is_gt() {
+                continue;
+            }
+            for n in 0..line.len().max(2) - 1 {
+                let end = line[(n + 1).min(line.len() - 1)];
+                let closest = segment_triangle(line[n], end, corners);
+                let distance_mm = closest.distance();
+                if best.is_none_or(|best| distance_mm < best.distance_mm) {
+                    best = Some(CapsuleDistance {
+                        distance_mm,
+                        on_line: closest.on_segment,
+                        on_capsule: closest.on_triangle,
+                    });
+                }
+            }
+        }
+        best
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bevy::math::DVec3;
+    use proptest::prelude::*;
+    use resecta_solver::{Material, TissueMesh};
+
+    use super::*;
+
+    /// A block of 4 × 4 × 4 cubes of 3 mm from the origin on, whose side at x = 12 is capsule.
+    fn block() -> Tissue {
+        let side = 5u32;
+        let at = |n: u32| DVec3::new((n % side).into(), (n / side % side).into(), (n / side / side).into()) * 3.0;
+        let cubes = (0..64u32).map(|n| [n % 4, n / 4 % 4, n / 16]);
+        let pentahedra = cubes.flat_map(|[x, y, z]| {
+            let c = |dx, dy, dz| ((z + dz) * side + y + dy) * side + x + dx;
+            [
+                [c(0, 0, 0), c(1, 1, 0), c(1, 0, 0), c(0, 0, 1), c(1, 1, 1), c(1, 0, 1)],
+                [c(0, 0, 0), c(0, 1, 0), c(1, 1, 0), c(0, 0, 1), c(0, 1, 1), c(1, 1, 1)],
+            ]
+        });
+        let mut mesh = TissueMesh::from_pentahedra((0..side.pow(3)).map(at).collect(), pentahedra.collect());
+        mesh.capsule = (0..side.pow(3)).filter(|n| n % side == 4).collect();
+        Tissue::new(&mesh, &Material::default()).expect("a block is a tissue")
+    }
+
+    #[test]
+    fn one_side_of_a_block_is_found_once() {
+        let capsule = Capsule::of(&block());
+        assert_eq!((capsule.triangles.len(), capsule.nodes.len()), (32, 25));
+    }
+
+    proptest! {
+        /// To a rectangle at x = 12 over 0..12 by 0..12, from a segment at any place.
+        #[test]
+        fn distance_is_that_to_a_rectangle(a in prop::array::uniform3(-6.0f32..20.0), b in prop::array::uniform3(-6.0f32..20.0)) {
+            let (a, b) = (Vec3::from(a), Vec3::from(b));
+            let tissue = block();
+            let found = Capsule::of(&tissue).nearest(&tissue, &[a, b]).expect("there is a capsule");
+            let to_rectangle = |p: Vec3| p.distance(Vec3::new(12.0, p.y.clamp(0.0, 12.0), p.z.clamp(0.0, 12.0)));
+            // The distance from a point of a segment to a convex set is convex along it: halving finds the least.
+            let (mut low, mut high) = (0.0f32, 1.0f32);
+            for _ in 0..60 {
+                let (one, two) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+                if to_rectangle(a.lerp(b, one)) < to_rectangle(a.lerp(b, two)) { high = two } else { low = one }
+            }
+            let exact = to_rectangle(a.lerp(b, low));
+            prop_assert!((found.distance_mm - exact).abs() < 2e-3, "{} {exact}", found.distance_mm);
+            prop_assert!((found.on_line.distance(found.on_capsule) - found.distance_mm).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn it_moves_with_the_tissue_and_stays_where_it_was_cut() {
+        let mut tissue = block();
+        let capsule = Capsule::of(&tissue);
+        let at = |tissue: &Tissue| {
+            capsule
+                .nearest(tissue, &[Vec3::new(7.0, 6.0, 6.0)])
+                .map(|found| found.distance_mm)
+        };
+        assert_eq!(at(&tissue), Some(5.0));
+        for node in capsule.nodes.clone() {
+            let moved = tissue.position(node) - Vec3::X;
+            tissue.set_position(node, moved).expect("a finite place");
+        }
+        assert_eq!(at(&tissue), Some(4.0));
+        let all: Vec<u32> = (0..tissue.pentahedron_count() as u32).collect();
+        tissue.resect(&all, None);
+        assert_eq!((Capsule::of(&tissue), at(&tissue)), (capsule.clone(), Some(4.0)));
+    }
+
+    #[test]
+    fn nothing_is_told_of_what_is_not_there() {
+        let tissue = block();
+        let capsule = Capsule::of(&tissue);
+        assert_eq!(capsule.nearest(&tissue, &[]), None);
+        assert_eq!(capsule.nearest(&tissue, &[Vec3::NAN, Vec3::ZERO]), None);
+        assert_eq!(Capsule::default().nearest(&tissue, &[Vec3::ZERO]), None);
+    }
+}
