@@ -35,6 +35,7 @@ pub mod assets;
 pub mod export;
 pub mod game;
 pub mod headless;
+pub mod players;
 mod plugins;
 pub mod rates;
 pub mod spring_scene;

@@ -7,14 +7,15 @@ use std::{
 };
 
 use bevy::{log::LogPlugin, prelude::*};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use resecta::{
     STEP_HZ,
     anatomy::vtu,
     export, headless,
     instrument::{InstrumentLimits, InstrumentRecording, InstrumentScript, InstrumentSource},
-    scenario::{ActiveExercise, EndReason, LoadedExercise, Report, Trace},
+    players::{self, Player, PlayersPlugin},
+    scenario::{ActiveExercise, EndReason, LoadedExercise, PreparedExercise, Report, Trace},
     tissue::{Tissue, TissueDiagnostics},
     view::{Pictures, PicturesPlugin, adapter_available, finish_pictures},
 };
@@ -45,7 +46,7 @@ pub struct Run {
     threads: Option<NonZeroUsize>,
 }
 
-/// Who plays: one of the two.
+/// Who plays: one of the three.
 #[derive(Args)]
 #[group(required = true, multiple = false)]
 struct Input {
@@ -55,6 +56,41 @@ struct Input {
     /// Recording that moves the instrument, .csv
     #[arg(long)]
     recording: Option<PathBuf>,
+    /// Scripted player of whole operations
+    #[arg(long, value_name = "WHO")]
+    player: Option<Who>,
+}
+
+/// A scripted player.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Who {
+    /// Layer by layer, off the capsule and above the verumontanum, closes bleeders
+    Careful,
+    /// Deep strokes past both, closes nothing
+    Careless,
+}
+
+/// What moves the instrument.
+#[derive(Clone)]
+enum Hands {
+    Source(InstrumentSource),
+    Player(Player),
+}
+
+impl Hands {
+    /// Starts the exercise in their hands.
+    fn start(self, app: &mut App, prepared: PreparedExercise) {
+        match self {
+            Hands::Source(source) => {
+                headless::start(app, prepared, source);
+            }
+            Hands::Player(player) => {
+                app.add_plugins(PlayersPlugin);
+                headless::start(app, prepared, InstrumentSource::Requests);
+                players::seat(app.world_mut(), player);
+            }
+        }
+    }
 }
 
 impl Run {
@@ -78,7 +114,7 @@ impl Run {
             });
         }
         let longest_s = loaded.exercise.limits.time_s.min(duration_s(&input));
-        headless::start(&mut app, prepared, input.clone());
+        input.clone().start(&mut app, prepared);
         let prepare = begun.elapsed();
 
         let progress = progress_bar("steps", (longest_s * STEP_HZ).ceil() as u64);
@@ -112,13 +148,7 @@ impl Run {
 
     /// Plays the run once more to take pictures of it: only now is it known how long it is, and nothing that draws can
     /// have had a hand in the results.
-    fn take_pictures(
-        &self,
-        count: u32,
-        loaded: LoadedExercise,
-        input: InstrumentSource,
-        report: &Report,
-    ) -> Result<(), Failure> {
+    fn take_pictures(&self, count: u32, loaded: LoadedExercise, input: Hands, report: &Report) -> Result<(), Failure> {
         let mut app = headless::app(self.threads);
         app.add_plugins(PicturesPlugin {
             folder: self.out.clone(),
@@ -126,7 +156,7 @@ impl Run {
             steps: report.run.steps,
         });
         Pictures::warm_up(&mut app)?;
-        headless::start(&mut app, loaded.prepare()?, input);
+        input.start(&mut app, loaded.prepare()?);
         let progress = progress_bar("steps for pictures", report.run.steps);
         headless::play(&mut app, |world| progress.set_position(headless::steps(world)));
         progress.finish_and_clear();
@@ -147,21 +177,27 @@ fn report(world: &World) -> Report {
 }
 
 impl Input {
-    fn load(&self, limits: &InstrumentLimits) -> Result<InstrumentSource, Failure> {
-        Ok(match (&self.script, &self.recording) {
+    fn load(&self, limits: &InstrumentLimits) -> Result<Hands, Failure> {
+        if let Some(who) = self.player {
+            return Ok(Hands::Player(match who {
+                Who::Careful => Player::Careful,
+                Who::Careless => Player::Careless,
+            }));
+        }
+        Ok(Hands::Source(match (&self.script, &self.recording) {
             (Some(script), _) => InstrumentSource::Script(InstrumentScript::load(script, limits)?),
             (None, Some(recording)) => InstrumentSource::Recording(InstrumentRecording::load(recording, limits)?),
-            (None, None) => unreachable!("clap requires one of the two"),
-        })
+            (None, None) => unreachable!("clap requires one of the three"),
+        }))
     }
 }
 
 /// How long the input lasts, s.
-fn duration_s(input: &InstrumentSource) -> f64 {
+fn duration_s(input: &Hands) -> f64 {
     match input {
-        InstrumentSource::Script(script) => script.duration_s(),
-        InstrumentSource::Recording(recording) => recording.states.len() as f64 * recording.step_s,
-        InstrumentSource::Requests | InstrumentSource::Live => f64::INFINITY,
+        Hands::Source(InstrumentSource::Script(script)) => script.duration_s(),
+        Hands::Source(InstrumentSource::Recording(recording)) => recording.states.len() as f64 * recording.step_s,
+        Hands::Source(InstrumentSource::Requests | InstrumentSource::Live) | Hands::Player(_) => f64::INFINITY,
     }
 }
 
@@ -222,6 +258,14 @@ fn summary(report: &Report, ended: EndReason, timing: &Timing, out: &Path) {
             line.out_of,
             line.value,
             if line.unit == "1" { "" } else { line.unit }
+        );
+    }
+    for part in &report.score.parts {
+        println!(
+            "{:<28}{:>9.2} of {:>5.1} points",
+            part.part.name(),
+            part.points,
+            part.out_of
         );
     }
     println!(

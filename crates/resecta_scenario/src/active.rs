@@ -38,6 +38,8 @@ pub struct ActiveExercise {
     pub material: String,
     /// The marked tissue.
     pub marked: MarkedRegion,
+    /// The tissue below the verumontanum, which nobody cuts.
+    pub distal: MarkedRegion,
     /// Urethra and capsule at rest.
     pub walls: Walls,
     /// The entity of the gland.
@@ -61,8 +63,10 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
         loaded,
         lattice,
         marked,
+        distal,
         walls,
         adenoma_mm3,
+        capsule_mm2,
         material_name,
         material,
         ..
@@ -84,8 +88,9 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
         detail: models.detail,
         ..default()
     };
-    let marked_nodes = marked
-        .pentahedra()
+    let dyed = loaded.exercise.marked.dyed;
+    let marked_nodes = (marked.pentahedra())
+        .filter(|_| dyed)
         .flat_map(|pentahedron| tissue.pentahedron_nodes(pentahedron));
     let tint = TissueTint {
         nodes: marked_nodes.map(|node| (node, MARK)).collect(),
@@ -103,6 +108,7 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
     let mut metrics = Metrics::default();
     metrics.removal.marked_total_mm3 = marked.total_mm3();
     metrics.removal.adenoma_total_mm3 = adenoma_mm3;
+    metrics.capsule.total_mm2 = capsule_mm2;
     metrics.removal.density_g_per_mm3 = material.density_g_per_mm3;
     world.insert_resource(ScoreCard::new(&loaded.exercise, &metrics));
     world.insert_resource(metrics);
@@ -122,6 +128,7 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
         lattice,
         material: material_name,
         marked,
+        distal,
         walls,
         tissue,
         instrument,

@@ -55,6 +55,14 @@ const ADVICE: &[(MetricId, &str)] = &[
         "You cut the capsule: lower the tip less towards the end of a stroke, and look for whitish fibres before each one.",
     ),
     (
+        MetricId::CapsuleCutShare,
+        "You cut through the capsule: stop where pale granular tissue gives way to fibres that run across.",
+    ),
+    (
+        MetricId::SphincterInjuries,
+        "Never press a pedal below the verumontanum: find it before each stroke, and let go of the pedal in front of it.",
+    ),
+    (
         MetricId::CurrentWithoutContact,
         "Press a pedal only while the loop is in tissue: sink it in first, let go as soon as the chip is free.",
     ),
@@ -65,6 +73,18 @@ const ADVICE: &[(MetricId, &str)] = &[
     (
         MetricId::MassPerStroke,
         "Sink the loop in deeper and draw it over its whole length: fewer, larger chips.",
+    ),
+    (
+        MetricId::RemovalRate,
+        "Waste no way between strokes: lay the next one beside the last, and clear the view before it is gone.",
+    ),
+    (
+        MetricId::CoagulationPrecision,
+        "Coagulate vessels, not surfaces: bring the loop to where the blood comes from, then press until it stops, and no longer.",
+    ),
+    (
+        MetricId::IrrigatedPerGram,
+        "Use less water for what you remove: turn the inflow down while the view is clear.",
     ),
     (
         MetricId::LargestContactDepth,
@@ -123,6 +143,7 @@ mod tests {
         let info = metric.info();
         ScoreLine {
             metric,
+            part: None,
             title: info.title,
             unit: info.unit,
             value: 0.0,

@@ -45,6 +45,9 @@ pub struct Exercise {
     pub limits: Limits,
     /// Lines of the score; the sum of their points is the best total. At least one.
     pub scoring: Vec<ScoreRule>,
+    /// Totals that earn bronze, silver and gold. Default: none.
+    #[serde(default)]
+    pub total_pars: Option<Pars>,
 }
 
 /// The finest lattice of the papers' table is 7 degrees; 8 keeps a step well inside 1/60 s.
@@ -143,6 +146,13 @@ pub struct Marked {
     /// Distances from the wall of the urethra in the transverse plane, mm. Default: all.
     #[serde(default)]
     pub depth_mm: Option<Range>,
+    /// Whether it is dyed in the views. Default true.
+    #[serde(default = "yes")]
+    pub dyed: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// Hours from `from` clockwise to `to`, each 0 to 12; `(from: 10, to: 2)` passes 12. Equal ends are refused.
@@ -212,6 +222,9 @@ pub struct Limits {
 pub struct ScoreRule {
     /// The metric, by id.
     pub metric: MetricId,
+    /// The part of the score that it belongs to, for subtotals. Default: none.
+    #[serde(default)]
+    pub part: Option<Part>,
     /// Points at best, 0 or more.
     pub points: f64,
     /// The value that earns nothing.
@@ -226,6 +239,34 @@ pub struct ScoreRule {
     /// A line may count only once something else is done, so that doing nothing earns nothing.
     #[serde(default)]
     pub needs: Option<Condition>,
+}
+
+/// A part of a score with a subtotal of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Part {
+    /// What was removed.
+    Resection,
+    /// Blood, and what was done against it.
+    Bleeding,
+    /// What must stay whole.
+    Safety,
+    /// Time, ways, water and current.
+    Economy,
+}
+
+impl Part {
+    /// Every part, in the order of reports.
+    pub const ALL: [Part; 4] = [Part::Resection, Part::Bleeding, Part::Safety, Part::Economy];
+
+    /// Its name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Part::Resection => "Resection",
+            Part::Bleeding => "Bleeding",
+            Part::Safety => "Safety",
+            Part::Economy => "Economy",
+        }
+    }
 }
 
 /// A metric that must have reached a value.

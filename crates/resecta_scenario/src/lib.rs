@@ -64,7 +64,7 @@ pub use clearance::LoopClearance;
 pub use cut_map::{CutCell, CutMap};
 pub use errors::{ExerciseError, RuleError};
 pub use exercise::{
-    ClockRange, Condition, Exercise, Goal, HeightRange, InstrumentSetup, Limits, Marked, Models, Range, ScoreRule,
+    ClockRange, Condition, Exercise, Goal, HeightRange, InstrumentSetup, Limits, Marked, Models, Part, Range, ScoreRule,
 };
 pub use library::{CASE_SUFFIX, EXERCISE_SUFFIX, Library, LoadedExercise, MAX_FILE_BYTES};
 pub use metrics::{MetricId, Metrics};
@@ -74,7 +74,7 @@ pub use prepare::{LatticeSummary, PreparedExercise};
 pub use region::MarkedRegion;
 pub use report::{CaseSummary, ExerciseSummary, FORMAT, MetricValue, Report, RunSummary, StepSummary, state_hash};
 pub use run_log::{LogSample, RunLog, STEPS_A_SAMPLE};
-pub use score::{GoalState, ScoreCard, ScoreLine};
+pub use score::{GoalState, PartScore, ScoreCard, ScoreLine};
 pub use state::{CapsulePerforated, EndReason, RunState};
 pub use steps::{Step, StepProgress, Trigger};
 pub use trace::{COLUMNS, Trace, TraceRow};

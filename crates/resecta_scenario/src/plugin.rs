@@ -5,9 +5,11 @@ use bevy::{
     prelude::*,
 };
 use resecta_chips::{ChipSystems, Chips};
-use resecta_fluid::{Bladder, Circulation, FluidSystems, Irrigation, RedOut, Turbidity};
+use resecta_fluid::{
+    Bladder, Circulation, ClosedBy, FluidSystems, Irrigation, RedOut, Turbidity, VesselClosed, Vessels,
+};
 use resecta_instrument::{InstrumentPlayback, InstrumentState, Resectoscope};
-use resecta_tissue::{TissueContact, TissueResected, TissueSystems};
+use resecta_tissue::{TissueContact, TissueResected, TissueSystems, ToolPartKind};
 
 use crate::{
     active::ActiveExercise,
@@ -73,6 +75,7 @@ impl Plugin for ScenarioPlugin {
             .register_type::<LoopClearance>()
             .add_message::<TissueContact>()
             .add_message::<TissueResected>()
+            .add_message::<VesselClosed>()
             .configure_sets(
                 self.schedule,
                 (
@@ -110,7 +113,9 @@ impl Plugin for ScenarioPlugin {
                     water::follow_taps
                         .in_set(FluidSystems::First)
                         .run_if(resource_exists::<Irrigation>.and_then(resource_exists::<ActiveExercise>)),
-                    (observe, observe_water, observe_chips).chain().in_set(Observe),
+                    (observe, observe_water, observe_vessels, observe_chips)
+                        .chain()
+                        .in_set(Observe),
                     clearance::measure.in_set(Observe).run_if(clearance::any_clearance),
                     (measure, follow_steps).chain().in_set(Measure),
                     record.in_set(Record).run_if(resource_exists::<Trace>),
@@ -145,12 +150,13 @@ fn observe(
     };
     for contact in contacts.read() {
         if contact.tissue == active.tissue && contact.tool == active.instrument {
-            step.add_contact(contact);
+            step.add_contact(contact, &active.distal);
         }
     }
     for resection in resections.read() {
         if resection.tissue == active.tissue {
-            step.add_resection(resection, &active.marked, resection.tool == Some(active.instrument));
+            let by_loop = resection.tool == Some(active.instrument);
+            step.add_resection(resection, &active.marked, &active.distal, by_loop);
         }
     }
 }
@@ -183,6 +189,37 @@ fn observe_water(
     };
 }
 
+/// Whether the coagulating loop is at a vessel that bleeds, or that it has closed in this very step.
+fn observe_vessels(
+    active: Res<ActiveExercise>,
+    circulation: Option<Res<Circulation>>,
+    vessels: Query<&Vessels>,
+    mut contacts: MessageReader<TissueContact>,
+    mut closed: MessageReader<VesselClosed>,
+    mut step: ResMut<StepObservation>,
+) {
+    let coagulates = step.instrument.coagulate && !step.instrument.cut;
+    let mut points = (contacts.read())
+        .filter(|contact| contact.tissue == active.tissue && contact.tool == active.instrument)
+        .filter(|contact| contact.part == ToolPartKind::Loop && coagulates)
+        .map(|contact| contact.point)
+        .peekable();
+    let (Some(circulation), true) = (circulation, points.peek().is_some()) else {
+        points.for_each(drop);
+        closed.clear();
+        return;
+    };
+    let just_closed = (closed.read())
+        .filter(|closed| closed.tissue == active.tissue && closed.by == ClosedBy::Coagulation(active.instrument))
+        .map(|closed| closed.place);
+    let open = vessels.get(active.tissue).ok().into_iter().flat_map(Vessels::open);
+    let places: Vec<Vec3> = open.map(|vessel| vessel.place).chain(just_closed).collect();
+    let reach_mm = circulation.settings.coagulation_radius_mm;
+    let is_near = |point: Vec3| places.iter().any(|place| f64::from(place.distance(point)) <= reach_mm);
+    // Every message is read, or it would count in a later step.
+    step.coagulates_vessel = points.fold(false, |near, point| near | is_near(point));
+}
+
 /// Where what was cut free is now.
 fn observe_chips(chips: Option<Res<Chips>>, mut step: ResMut<StepObservation>) {
     let totals = chips.map(|chips| chips.totals()).unwrap_or_default();
@@ -202,6 +239,7 @@ fn measure(
     metrics.count_step(&step);
     metrics.removal.observe(&step);
     metrics.capsule.observe(&step);
+    metrics.sphincter.observe(&step);
     metrics.current.observe(&step);
     metrics.motion.observe(&step);
     metrics.water.observe(&step);

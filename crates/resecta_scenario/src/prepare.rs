@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::{
     chips::{self, PreparedChips},
     errors::{ExerciseError, RuleError},
-    exercise::InstrumentSetup,
+    exercise::{InstrumentSetup, Marked},
     library::LoadedExercise,
     region::MarkedRegion,
     rules,
@@ -25,10 +25,14 @@ pub struct PreparedExercise {
     pub lattice: LatticeSummary,
     /// The marked tissue.
     pub marked: MarkedRegion,
+    /// The tissue below the verumontanum.
+    pub distal: MarkedRegion,
     /// Urethra and capsule at rest.
     pub walls: Walls,
     /// Volume at rest of the adenoma, mm³.
     pub adenoma_mm3: f64,
+    /// Area at rest of the whole capsule, mm².
+    pub capsule_mm2: f64,
     /// Name of the material preset.
     pub material_name: String,
     /// The material, with the exercise's own resistance to shear.
@@ -123,6 +127,7 @@ impl LoadedExercise {
         let density = material.density_g_per_mm3;
         let floating = (models.chips).map(|settings| chips::prepare(settings, &self.case, &resectoscope, density));
         let floating = floating.transpose().map_err(broken)?;
+        let capsule = (0..tissue.pentahedron_count() as u32).map(|index| f64::from(tissue.capsule_area_mm2(index)));
         let adenoma =
             (0..tissue.pentahedron_count() as u32).filter(|&index| tissue.pentahedron_zone(index).is_adenoma());
         Ok(PreparedExercise {
@@ -135,6 +140,8 @@ impl LoadedExercise {
                 volume_mm3: tissue.initial_volume_mm3(),
             },
             adenoma_mm3: adenoma.map(|index| tissue.rest_volume_mm3(index)).sum(),
+            capsule_mm2: capsule.sum(),
+            distal: MarkedRegion::of_lattice(&Marked::below_verumontanum(), &lattice, &self.case.landmarks),
             walls: Walls::of_lattice(&lattice),
             marked,
             material_name,

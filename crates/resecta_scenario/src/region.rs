@@ -1,6 +1,6 @@
 //! The marked region: which volume elements of a gland an exercise is about.
 
-use resecta_anatomy::{Landmarks, Lattice, wedge};
+use resecta_anatomy::{Landmarks, Lattice, Zone, wedge};
 
 use crate::{
     exercise::{ClockRange, HeightRange, Marked},
@@ -72,6 +72,22 @@ impl ClockRange {
             from <= hour && hour < self.to
         } else {
             from <= hour || hour < self.to
+        }
+    }
+}
+
+impl Marked {
+    /// All tissue below the verumontanum.
+    pub(crate) fn below_verumontanum() -> Self {
+        Self {
+            zones: Zone::ALL.to_vec(),
+            clock: None,
+            height: Some(HeightRange::AboveVerumontanum {
+                from_mm: f64::NEG_INFINITY,
+                to_mm: 0.0,
+            }),
+            depth_mm: None,
+            dyed: false,
         }
     }
 }

@@ -70,6 +70,9 @@ impl Exercise {
         if self.scoring.is_empty() {
             return Err(RuleError::new("scoring", "empty", "at least one line"));
         }
+        if let Some(pars) = &self.total_pars {
+            check_pars("total_pars", pars, true)?;
+        }
         self.scoring
             .iter()
             .enumerate()
@@ -224,6 +227,7 @@ fn marked(marked: &Marked) -> Checked {
 fn score_rule(field: &str, rule: &ScoreRule) -> Checked {
     let &ScoreRule {
         metric,
+        part: _,
         points,
         from,
         to,

@@ -4,7 +4,7 @@ use bevy::prelude::*;
 use serde::Serialize;
 
 use crate::{
-    exercise::{Condition, Exercise, Goal, ScoreRule},
+    exercise::{Condition, Exercise, Goal, Part, ScoreRule},
     metrics::{MetricId, Metrics},
     pars::{Medal, Pars},
 };
@@ -18,8 +18,28 @@ pub struct ScoreCard {
     pub total: f64,
     /// The best total.
     pub out_of: f64,
+    /// Subtotals, where lines name their part.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<PartScore>,
+    /// What total earns bronze, silver and gold, where the exercise says so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pars: Option<Pars>,
+    /// The best that the total earns of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub medal: Option<Medal>,
     /// One entry a goal, in the order of the exercise.
     pub goals: Vec<GoalState>,
+}
+
+/// The lines of one part together.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PartScore {
+    /// The part.
+    pub part: Part,
+    /// Points together.
+    pub points: f64,
+    /// Points at best.
+    pub out_of: f64,
 }
 
 /// One line of the score.
@@ -27,6 +47,9 @@ pub struct ScoreCard {
 pub struct ScoreLine {
     /// The metric.
     pub metric: MetricId,
+    /// The part of the score that it belongs to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<Part>,
     /// Its title.
     pub title: &'static str,
     /// Its unit.
@@ -69,8 +92,15 @@ impl ScoreCard {
     pub fn new(exercise: &Exercise, metrics: &Metrics) -> Self {
         let value = |metric| metrics.value(metric);
         let lines: Vec<ScoreLine> = exercise.scoring.iter().map(|rule| rule.line(value)).collect();
+        let total = lines.iter().map(|line| line.points).sum();
         Self {
-            total: lines.iter().map(|line| line.points).sum(),
+            total,
+            parts: Part::ALL
+                .into_iter()
+                .filter_map(|part| PartScore::of(part, &lines))
+                .collect(),
+            medal: exercise.total_pars.as_ref().and_then(|pars| pars.medal(total)),
+            pars: exercise.total_pars.clone(),
             out_of: lines.iter().map(|line| line.out_of).sum(),
             goals: (exercise.goals.iter())
                 .map(|goal| goal.state(exercise, value))
@@ -82,6 +112,19 @@ impl ScoreCard {
     /// Whether every goal is reached.
     pub fn goals_reached(&self) -> bool {
         !self.goals.is_empty() && self.goals.iter().all(|goal| goal.reached)
+    }
+}
+
+impl PartScore {
+    /// The lines of a part together; none where there are none.
+    fn of(part: Part, lines: &[ScoreLine]) -> Option<Self> {
+        let of_part = || lines.iter().filter(|line| line.part == Some(part));
+        of_part().next()?;
+        Some(Self {
+            part,
+            points: of_part().map(|line| line.points).sum(),
+            out_of: of_part().map(|line| line.out_of).sum(),
+        })
     }
 }
 
@@ -122,6 +165,7 @@ impl ScoreRule {
         let info = self.metric.info();
         ScoreLine {
             metric: self.metric,
+            part: self.part,
             title: info.title,
             unit: info.unit,
             value: value(self.metric),
@@ -175,6 +219,7 @@ mod tests {
     fn rule(from: f64, to: f64) -> ScoreRule {
         ScoreRule {
             metric: MetricId::Elapsed,
+            part: None,
             points: 20.0,
             from,
             to,

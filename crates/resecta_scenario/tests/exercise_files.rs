@@ -105,8 +105,8 @@ fn slips_of_syntax_are_placed() {
     assert_eq!(
         message("briefing:", "breifing:"),
         "mine.exercise.ron:3:13: breifing: Unexpected field named `breifing` in `Exercise`, expected one of `title`, \
-         `briefing`, `case`, `alpha_deg`, `material`, `models`, `instrument`, `marked`, `steps`, `goals`, `limits`, or `scoring` \
-         instead; did you mean `briefing`?"
+         `briefing`, `case`, `alpha_deg`, `material`, `models`, `instrument`, `marked`, `steps`, `goals`, `limits`, `scoring`, \
+         or `total_pars` instead; did you mean `briefing`?"
     );
     assert_eq!(
         message("MiddleLobe", "MidleLobe"),

@@ -51,6 +51,7 @@ const ALL: Marked = Marked {
     clock: None,
     height: None,
     depth_mm: None,
+    dyed: true,
 };
 
 /// The parts of a partition must hold every pentahedron of the whole once.

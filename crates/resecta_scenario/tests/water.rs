@@ -5,10 +5,12 @@ use std::path::Path;
 use bevy::{prelude::*, time::TimeUpdateStrategy};
 use resecta_fluid::{Absorption, Bladder, Circulation, FluidPlugins, Irrigation, Lens, Turbidity, VesselKind, Vessels};
 use resecta_instrument::{
-    InstrumentPlugin, InstrumentRecording, InstrumentScript, InstrumentSource, InstrumentState, Resectoscope,
+    InstrumentPlugin, InstrumentRecording, InstrumentRequest, InstrumentScript, InstrumentSource, InstrumentState,
+    Resectoscope,
 };
 use resecta_scenario::{ActiveExercise, Library, MetricId, Metrics, RunState, ScenarioPlugin, spawn_exercise};
-use resecta_tissue::{Tissue, TissuePlugin};
+use resecta_solver::NodeKind;
+use resecta_tissue::{Tissue, TissueContact, TissuePlugin, ToolPartKind};
 
 fn app(exercise: &str) -> App {
     let mut app = App::new();
@@ -190,4 +192,63 @@ fn a_recording_from_before_the_taps_has_the_water_of_its_exercise() {
     app.world_mut().entity_mut(instrument).insert(source);
     (0..30).for_each(|_| app.update());
     assert_eq!(taps(&app), [1.0, 1.0]);
+}
+
+#[test]
+fn only_coagulation_at_a_vessel_that_bleeds_is_precise() {
+    let mut app = flushing("(keys: [(time_s: 0), (time_s: 1)])");
+    let ActiveExercise { tissue, instrument, .. } = *app.world().resource::<ActiveExercise>();
+    app.world_mut()
+        .entity_mut(instrument)
+        .insert(InstrumentSource::Requests);
+    app.update();
+    let vessels = app.world().get::<Vessels>(tissue).unwrap();
+    let (vessel, _) = vessels
+        .iter()
+        .find(|(vessel, _)| vessel.kind == VesselKind::Arterial)
+        .unwrap();
+    let carrier = vessel.pentahedron;
+    let entity = app.world().get::<Tissue>(tissue).unwrap().pentahedron_entity(carrier);
+    app.world_mut().despawn(entity.unwrap());
+    app.update();
+    app.update();
+    let place = |app: &App| {
+        app.world()
+            .get::<Vessels>(tissue)
+            .unwrap()
+            .open()
+            .map(|open| open.place)
+            .next()
+    };
+    let bleeds_at = place(&app).expect("its carrier is gone");
+
+    let coagulate = |app: &mut App, steps: u32, point: Vec3| {
+        app.world_mut()
+            .get_mut::<InstrumentRequest>(instrument)
+            .unwrap()
+            .0
+            .coagulate = true;
+        for _ in 0..steps {
+            app.world_mut().write_message(TissueContact {
+                tissue,
+                tool: instrument,
+                part: ToolPartKind::Loop,
+                pentahedron: carrier,
+                point,
+                normal: Vec3::Y,
+                depth_mm: 0.1,
+                kind: NodeKind::Inner,
+                current: true,
+            });
+            app.update();
+        }
+    };
+    // Twenty steps away from it, then thirty at it, which close it, then ten at its closed mouth.
+    coagulate(&mut app, 20, bleeds_at + Vec3::Z * 30.0);
+    assert_eq!(value(&app, MetricId::CoagulationPrecision), 0.0);
+    coagulate(&mut app, 30, bleeds_at);
+    assert_eq!(place(&app), None, "half a second closes it");
+    coagulate(&mut app, 10, bleeds_at);
+    assert!((value(&app, MetricId::CoagulationPrecision) - 0.5).abs() < 1e-9);
+    assert!((value(&app, MetricId::Coagulation) - 1.0).abs() < 1e-5);
 }

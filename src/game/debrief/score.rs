@@ -1,7 +1,7 @@
 //! The score line by line against its pars, views at key moments, and what to do better.
 
 use bevy_egui::egui::{self, RichText, Sense, Stroke, Ui};
-use resecta_scenario::{ActiveExercise, Medal, ScoreCard, ScoreLine, advice};
+use resecta_scenario::{ActiveExercise, Medal, PartScore, ScoreCard, ScoreLine, advice};
 
 use super::{
     super::{history::History, menu, moments::Moments, palette},
@@ -51,7 +51,8 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
     egui::Grid::new("lines")
         .num_columns(5)
         .striped(true)
-        .spacing([20.0, 15.0])
+        // Many lines must leave room for what follows.
+        .spacing([20.0, if card.lines.len() > 6 { 5.0 } else { 15.0 }])
         .show(ui, |ui| {
             for title in ["", "Value", "Bronze, silver, gold", "", "Points"] {
                 ui.label(RichText::new(title).size(13.0).color(palette::WEAK));
@@ -75,6 +76,14 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
             }
         });
     ui.add_space(4.0);
+    if !card.parts.is_empty() {
+        let part = |part: &PartScore| format!("{} {:.0} of {:.0}", part.part.name(), part.points, part.out_of);
+        let parts: Vec<String> = card.parts.iter().map(part).collect();
+        let medal = card
+            .medal
+            .map_or(String::new(), |medal| format!("   Total: {}", medal.name()));
+        ui.label(RichText::new(parts.join("   ") + &medal).strong());
+    }
     for goal in &card.goals {
         let (sign, colour) = if goal.reached {
             ("✔", palette::GOOD)

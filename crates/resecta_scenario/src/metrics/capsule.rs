@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 
-use super::StepObservation;
+use super::{StepObservation, removal::share};
 
 /// Time off the capsule after which the next touch counts anew, s: a chattering contact is one touch (our choice).
 const APART_S: f64 = 0.25;
@@ -16,6 +16,8 @@ pub struct CapsuleTouches {
     pub time_s: f64,
     /// Area of capsule cut out, mm².
     pub cut_mm2: f64,
+    /// Area of the whole capsule at rest, mm².
+    pub total_mm2: f64,
     /// Time since the last touch, s; none before the first.
     since_touch_s: Option<f64>,
 }
@@ -33,5 +35,10 @@ impl CapsuleTouches {
         self.time_s += step.step_s;
         self.since_touch_s = Some(0.0);
         begins
+    }
+
+    /// Share of the capsule that was cut out, 0 to 1; 0 for a gland without one.
+    pub fn cut_share(&self) -> f64 {
+        share(self.cut_mm2, self.total_mm2)
     }
 }

@@ -13,6 +13,8 @@ pub struct CurrentUse {
     pub coagulation_s: f64,
     /// The same with the loop in contact with tissue, s.
     pub coagulation_in_contact_s: f64,
+    /// The same within reach of a vessel that bled until then, s.
+    pub coagulation_on_vessel_s: f64,
     /// Presses of the cutting pedal that removed tissue.
     pub strokes: u32,
     /// Whether the present press of the cutting pedal has removed tissue already.
@@ -29,6 +31,9 @@ impl CurrentUse {
             self.coagulation_s += step.step_s;
             if step.loop_in_tissue {
                 self.coagulation_in_contact_s += step.step_s;
+            }
+            if step.coagulates_vessel {
+                self.coagulation_on_vessel_s += step.step_s;
             }
         }
         if !step.instrument.cut {

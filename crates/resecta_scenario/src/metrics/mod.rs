@@ -9,6 +9,7 @@ mod current;
 mod motion;
 mod observation;
 mod removal;
+mod sphincter;
 mod table;
 mod water;
 
@@ -20,6 +21,7 @@ pub use current::CurrentUse;
 pub use motion::TipMotion;
 pub use observation::StepObservation;
 pub use removal::Removal;
+pub use sphincter::SphincterInjuries;
 pub use table::{Better, MetricId, MetricInfo};
 pub use water::{BloodAndWater, WaterStep};
 
@@ -35,6 +37,8 @@ pub struct Metrics {
     pub removal: Removal,
     /// Touches and cuts of the capsule.
     pub capsule: CapsuleTouches,
+    /// The loop below the verumontanum.
+    pub sphincter: SphincterInjuries,
     /// What the current was used for.
     pub current: CurrentUse,
     /// Where the tip went and how deep the instrument pressed.
@@ -53,6 +57,7 @@ impl Metrics {
         let Self {
             removal,
             capsule,
+            sphincter,
             current,
             motion,
             water,
@@ -74,15 +79,19 @@ impl Metrics {
             MetricId::CapsuleTouches => f64::from(capsule.touches),
             MetricId::CapsuleTouchTime => capsule.time_s,
             MetricId::CapsuleCut => capsule.cut_mm2,
+            MetricId::CapsuleCutShare => capsule.cut_share(),
+            MetricId::SphincterInjuries => f64::from(sphincter.injuries),
             MetricId::CurrentWithoutContact => current.without_contact_s,
             MetricId::Coagulation => current.coagulation_s,
+            MetricId::CoagulationPrecision => ratio(current.coagulation_on_vessel_s, current.coagulation_s),
             MetricId::TipPath => motion.path_mm,
             MetricId::Strokes => f64::from(current.strokes),
-            MetricId::MassPerStroke if current.strokes == 0 => 0.0,
-            MetricId::MassPerStroke => removal.mass_g() / f64::from(current.strokes),
+            MetricId::MassPerStroke => ratio(removal.mass_g(), f64::from(current.strokes)),
+            MetricId::RemovalRate => ratio(removal.mass_g(), self.elapsed_s() / 60.0),
             MetricId::LargestContactDepth => motion.largest_depth_mm,
             MetricId::BloodLost => water.blood_ml,
             MetricId::Irrigated => water.irrigated_ml,
+            MetricId::IrrigatedPerGram => ratio(water.irrigated_ml, removal.mass_g()),
             MetricId::Absorbed => water.absorbed_ml,
             MetricId::StepsDone => f64::from(self.steps_done),
             MetricId::BlindTime => water.blind_s,
@@ -100,4 +109,9 @@ impl Metrics {
         self.steps += 1;
         self.step_s = observation.step_s;
     }
+}
+
+/// 0 of nothing.
+fn ratio(part: f64, whole: f64) -> f64 {
+    if whole > 0.0 { part / whole } else { 0.0 }
 }

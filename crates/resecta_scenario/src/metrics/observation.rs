@@ -25,6 +25,10 @@ pub struct StepObservation {
     pub loop_in_tissue: bool,
     /// Whether the loop touched or cut the capsule while current flowed.
     pub current_on_capsule: bool,
+    /// Whether the loop touched or cut tissue below the verumontanum while current flowed.
+    pub current_below_verumontanum: bool,
+    /// Whether the coagulating loop touched tissue within reach of a vessel that bled until then.
+    pub coagulates_vessel: bool,
     /// Volume at rest removed, mm³, by zone (`Zone::index`).
     pub removed_by_zone_mm3: [f64; resecta_anatomy::Zone::COUNT],
     /// The same, all zones together.
@@ -55,19 +59,27 @@ impl StepObservation {
         self.instrument.cut || self.instrument.coagulate
     }
 
-    /// Adds a contact of the exercise's instrument with its tissue.
-    pub fn add_contact(&mut self, contact: &TissueContact) {
+    /// Adds a contact of the exercise's instrument with its tissue, of which `distal` lies below the verumontanum.
+    pub fn add_contact(&mut self, contact: &TissueContact, distal: &MarkedRegion) {
         self.contacts += 1;
         self.largest_depth_mm = self.largest_depth_mm.max(f64::from(contact.depth_mm));
         if contact.part == ToolPartKind::Loop {
             self.loop_in_tissue = true;
             self.current_on_capsule |= contact.current && contact.kind == NodeKind::Capsule;
+            self.current_below_verumontanum |= contact.current && distal.contains(contact.pentahedron);
         }
     }
 
     /// Adds a resection of the exercise's tissue. `by_loop` says whether the exercise's instrument made it; tissue that
-    /// some other system removed counts as removed, but not as the player's touch.
-    pub fn add_resection(&mut self, resection: &TissueResected, marked: &MarkedRegion, by_loop: bool) {
+    /// some other system removed counts as removed, but not as the player's touch. Of the tissue `distal` lies below the
+    /// verumontanum.
+    pub fn add_resection(
+        &mut self,
+        resection: &TissueResected,
+        marked: &MarkedRegion,
+        distal: &MarkedRegion,
+        by_loop: bool,
+    ) {
         self.removed_mm3 += resection.volume_mm3;
         for (sum, volume) in self.removed_by_zone_mm3.iter_mut().zip(resection.by_zone_mm3) {
             *sum += volume;
@@ -78,6 +90,7 @@ impl StepObservation {
         if by_loop {
             self.loop_in_tissue = true;
             self.current_on_capsule |= resection.capsule_area_mm2 > 0.0;
+            self.current_below_verumontanum |= (resection.taken_mm3.iter()).any(|&(index, _)| distal.contains(index));
         }
     }
 }

@@ -82,7 +82,7 @@ impl Removal {
 }
 
 /// Sums of the same volumes in another order differ in the last bits: a share never passes 1 for that.
-fn share(part: f64, whole: f64) -> f64 {
+pub(super) fn share(part: f64, whole: f64) -> f64 {
     if whole > 0.0 {
         (part / whole).clamp(0.0, 1.0)
     } else {

@@ -90,22 +90,34 @@ metrics! {
     CapsuleTouchTime = "capsule_touch_s", "Time on the capsule", "s", Less;
     /// Area of capsule that was cut out.
     CapsuleCut = "capsule_cut_mm2", "Capsule cut", "mm2", Less;
+    /// Share of the capsule's surface that was cut out.
+    CapsuleCutShare = "capsule_cut_share", "Capsule cut", "1", Less;
+    /// Separate times that the loop met tissue below the verumontanum with current on: touching or cutting it, at least 0.25 s
+    /// apart. There the sphincter lies.
+    SphincterInjuries = "sphincter_injuries", "Sphincter injuries", "1", Less;
     /// Time with current on while the loop neither touched nor removed tissue.
     CurrentWithoutContact = "current_without_contact_s", "Current without contact", "s", Less;
     /// Time with the coagulating current on.
     Coagulation = "coagulation_s", "Coagulation", "s", Neither;
+    /// Share of the time with the coagulating current on in which the loop touched tissue within reach of a vessel that bled
+    /// until then; 0 before the first.
+    CoagulationPrecision = "coagulation_precision_share", "Coagulation on bleeders", "1", More;
     /// Length of the path of the sheath's tip.
     TipPath = "tip_path_mm", "Path of the tip", "mm", Less;
     /// Presses of the cutting pedal that removed tissue.
     Strokes = "strokes", "Cuts", "1", Neither;
     /// Mass removed per press of the cutting pedal that removed tissue; 0 before the first.
     MassPerStroke = "g_per_stroke", "Mass per cut", "g", More;
+    /// Mass removed a minute, over the whole time; 0 at the start.
+    RemovalRate = "g_per_min", "Removal rate", "g/min", More;
     /// Deepest overlap of the instrument with tissue at the beginning of a step.
     LargestContactDepth = "largest_contact_depth_mm", "Largest contact depth", "mm", Less;
     /// Blood lost through opened vessels; 0 where the exercise has none.
     BloodLost = "blood_lost_ml", "Blood lost", "ml", Less;
     /// Irrigant that came from the bag.
     Irrigated = "irrigated_ml", "Irrigant used", "ml", Less;
+    /// Irrigant that came from the bag for each gram removed; 0 before anything was.
+    IrrigatedPerGram = "irrigated_ml_per_g", "Irrigant for a gram", "ml/g", Less;
     /// Irrigant that got into opened veins.
     Absorbed = "absorbed_ml", "Irrigant absorbed", "ml", Less;
     /// Steps of the exercise that are done; 0 where it has none.

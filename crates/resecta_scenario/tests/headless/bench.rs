@@ -14,6 +14,8 @@ use resecta_tissue::{TissueContact, TissueResected, ToolPartKind};
 
 /// Volume of each of the bench's 100 pentahedra, mm³; the first 40 are marked, the first 60 adenoma.
 pub const VOLUME: f64 = 2.5;
+/// Area of its capsule, mm²; its last five pentahedra lie below the verumontanum.
+pub const CAPSULE_MM2: f64 = 70.0;
 pub const DENSITY: f64 = 1.05e-3;
 /// Length of a step at 60 Hz, in whole nanoseconds as Bevy's clock has it.
 pub const STEP_S: f64 = 0.016_666_667;
@@ -52,6 +54,7 @@ impl Bench {
         let resectoscope = Resectoscope::new(Vec3::ZERO, Vec3::Z, Vec3::NEG_Y).unwrap();
         let instrument = app.world_mut().spawn(resectoscope).id();
         let volumes = (0..100).map(|index| if index < 40 { VOLUME } else { 0.0 });
+        let distal = (0..100).map(|index| if index >= 95 { VOLUME } else { 0.0 });
         let active = ActiveExercise {
             name: "bench".into(),
             exercise: exercise(),
@@ -67,6 +70,7 @@ impl Bench {
             lattice: LatticeSummary::default(),
             material: "palpation_5hz".into(),
             marked: MarkedRegion::new(volumes.collect()),
+            distal: MarkedRegion::new(distal.collect()),
             walls: Walls::default(),
             tissue,
             instrument,
@@ -74,6 +78,7 @@ impl Bench {
         let mut metrics = Metrics::default();
         metrics.removal.marked_total_mm3 = active.marked.total_mm3();
         metrics.removal.adenoma_total_mm3 = 60.0 * VOLUME;
+        metrics.capsule.total_mm2 = CAPSULE_MM2;
         metrics.removal.density_g_per_mm3 = DENSITY;
         app.insert_resource(ScoreCard::new(&active.exercise, &metrics))
             .insert_resource(metrics)
@@ -110,11 +115,20 @@ impl Bench {
     }
 
     pub fn contact(&mut self, part: ToolPartKind, kind: NodeKind, depth_mm: f32) {
+        self.touch(part, kind, depth_mm, 0);
+    }
+
+    /// Touches inner tissue of a pentahedron.
+    pub fn contact_at(&mut self, part: ToolPartKind, pentahedron: u32) {
+        self.touch(part, NodeKind::Inner, 0.1, pentahedron);
+    }
+
+    fn touch(&mut self, part: ToolPartKind, kind: NodeKind, depth_mm: f32, pentahedron: u32) {
         let contact = TissueContact {
             tissue: self.tissue,
             tool: self.instrument,
             part,
-            pentahedron: 0,
+            pentahedron,
             point: Vec3::ZERO,
             normal: Vec3::Y,
             depth_mm,

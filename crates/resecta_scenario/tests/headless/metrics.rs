@@ -1,12 +1,16 @@
 //! What the metrics count, and what they do not.
 
-use crate::bench::{Bench, DENSITY, STEP_S, VOLUME, assert_near, resection};
+use std::path::Path;
+
+use crate::bench::{Bench, CAPSULE_MM2, DENSITY, STEP_S, VOLUME, assert_near, resection};
 use bevy::{
     ecs::schedule::{LogLevel, ScheduleBuildSettings},
     prelude::*,
 };
-use resecta_instrument::InstrumentPlayback;
-use resecta_scenario::{CapsulePerforated, EndReason, MetricId, RunState, ScenarioPlugin, ScoreCard, Trace};
+use resecta_instrument::{InstrumentPlayback, InstrumentState};
+use resecta_scenario::{
+    CapsulePerforated, EndReason, Exercise, Medal, MetricId, Metrics, Part, RunState, ScenarioPlugin, ScoreCard, Trace,
+};
 use resecta_solver::NodeKind;
 use resecta_tissue::ToolPartKind;
 
@@ -152,6 +156,88 @@ fn a_cut_is_a_press_of_the_pedal_that_removed_tissue() {
 }
 
 #[test]
+fn each_visit_below_the_verumontanum_with_current_on_is_an_injury() {
+    let mut bench = Bench::new();
+    let below = 95..96;
+    bench.contact_at(ToolPartKind::Loop, below.start);
+    bench.step(1);
+    assert_eq!(bench.value(MetricId::SphincterInjuries), 0.0, "without current");
+    bench.state.coagulate = true;
+    bench.contact_at(ToolPartKind::Sheath, below.start);
+    bench.contact_at(ToolPartKind::Loop, below.start - 1);
+    bench.step(1);
+    assert_eq!(
+        bench.value(MetricId::SphincterInjuries),
+        0.0,
+        "the sheath, or the loop above"
+    );
+    for _ in 0..3 {
+        bench.contact_at(ToolPartKind::Loop, below.start);
+        bench.step(10);
+    }
+    assert_eq!(bench.value(MetricId::SphincterInjuries), 1.0, "chatter is one");
+    bench.state = InstrumentState {
+        cut: true,
+        ..Default::default()
+    };
+    bench.step(10);
+    bench.resect(below);
+    bench.step(1);
+    assert_eq!(bench.value(MetricId::SphincterInjuries), 2.0);
+}
+
+#[test]
+fn rates_are_of_what_was_removed_and_0_of_nothing() {
+    let mut bench = Bench::new();
+    bench.step(60);
+    for metric in [
+        MetricId::RemovalRate,
+        MetricId::IrrigatedPerGram,
+        MetricId::CoagulationPrecision,
+    ] {
+        assert_eq!(bench.value(metric), 0.0, "{metric}");
+    }
+    bench.resect(0..8);
+    bench.step(60);
+    assert_near(
+        bench.value(MetricId::RemovalRate),
+        8.0 * VOLUME * DENSITY / (120.0 * STEP_S / 60.0),
+    );
+}
+
+#[test]
+fn subtotals_are_of_their_lines_and_the_total_earns_a_medal() {
+    let text = r#"(
+        title: "Parts",
+        briefing: "Cut.",
+        case: "none",
+        marked: (zones: [MiddleLobe]),
+        goals: [RemoveMarked(share: 1)],
+        limits: (time_s: 20),
+        total_pars: (bronze: 30, silver: 50, gold: 90, basis: "test"),
+        scoring: [
+            (part: Safety, metric: "capsule_touches", points: 20, from: 2, to: 0, basis: "test"),
+            (part: Resection, metric: "marked_removed_share", points: 60, from: 0, to: 1, basis: "test"),
+            (part: Safety, metric: "capsule_touch_s", points: 10, from: 1, to: 0, basis: "test"),
+            (metric: "elapsed_s", points: 10, from: 20, to: 0, basis: "test"),
+        ],
+    )"#;
+    let exercise = Exercise::from_ron(text, Path::new("parts.exercise.ron")).unwrap();
+    let mut metrics = Metrics::default();
+    metrics.removal.marked_total_mm3 = 4.0;
+    metrics.removal.marked_mm3 = 1.0;
+    metrics.capsule.touches = 1;
+    let card = ScoreCard::new(&exercise, &metrics);
+    let parts: Vec<_> = card
+        .parts
+        .iter()
+        .map(|part| (part.part, part.points, part.out_of))
+        .collect();
+    assert_eq!(parts, [(Part::Resection, 15.0, 60.0), (Part::Safety, 20.0, 30.0)]);
+    assert_eq!((card.total, card.medal), (45.0, Some(Medal::Bronze)));
+}
+
+#[test]
 fn the_path_of_a_straight_push_and_back_is_twice_its_length() {
     let mut bench = Bench::new();
     for insertion_mm in (0..=20).chain((0..20).rev()) {
@@ -249,6 +335,7 @@ fn cutting_the_capsule_is_a_touch_an_area_and_an_event() {
     bench.step(1);
     bench.step(3);
     assert_near(bench.value(MetricId::CapsuleCut), 3.5);
+    assert_near(bench.value(MetricId::CapsuleCutShare), 3.5 / CAPSULE_MM2);
     assert_eq!(bench.value(MetricId::CapsuleTouches), 1.0);
     assert_eq!(bench.app.world().resource::<Heard>().0, [(bench.tissue, 3.5)]);
 }

@@ -1,0 +1,63 @@
+//! Two scripted players for whole operations, one careful and one careless: to see that a score tells them apart, and to play an
+//! operation from start to debriefing where nobody sits at the instrument.
+//!
+//! They know what a person at the game knows, and no more: the case's slices and landmarks (the plan in `plan.rs` is made of them
+//! before the run), where their own hands hold the instrument, whether the loop is in tissue, the pressure on the panel, how clear
+//! the view is, and the bleeders that the lens has before it (`senses.rs`). They move the instrument through
+//! [`InstrumentRequest`](resecta_instrument::InstrumentRequest), as anybody's system may. What sets them apart are the numbers of
+//! a [`Manner`]. They are no model of a surgeon.
+//!
+//! Deterministic: no chance, no wall time.
+
+mod hand;
+mod plan;
+mod play;
+mod senses;
+
+use bevy::prelude::*;
+use resecta_instrument::{InstrumentSource, InstrumentSystems};
+use resecta_scenario::ActiveExercise;
+
+pub use plan::{Manner, Stroke};
+use play::Play;
+
+/// Who plays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Player {
+    /// Layer by layer, lobe by lobe, above the verumontanum and off the capsule; closes bleeders, minds the water.
+    Careful,
+    /// Deep and long strokes past both, the pedal down on the way, the outflow shut; closes nothing.
+    Careless,
+}
+
+impl Player {
+    /// How they operate.
+    pub fn manner(self) -> Manner {
+        match self {
+            Player::Careful => Manner::careful(),
+            Player::Careless => Manner::careless(),
+        }
+    }
+}
+
+/// Lets scripted players move their instruments. Without a seated one nothing runs.
+#[derive(Debug, Default, Clone, Copy)]
+pub struct PlayersPlugin;
+
+impl Plugin for PlayersPlugin {
+    fn build(&self, app: &mut App) {
+        let between = (play::play.after(InstrumentSystems::Sample)).before(InstrumentSystems::Apply);
+        app.add_systems(FixedUpdate, between.run_if(resource_exists::<ActiveExercise>));
+    }
+}
+
+/// Seats a player at the instrument of the exercise in play, in place of its source of input. The run ends when they are done.
+/// Nothing happens without an exercise.
+pub fn seat(world: &mut World, player: Player) {
+    let Some(active) = world.get_resource::<ActiveExercise>() else {
+        return;
+    };
+    let instrument = active.instrument;
+    let play = Play::new(player.manner(), &active.case);
+    world.entity_mut(instrument).insert((InstrumentSource::Requests, play));
+}

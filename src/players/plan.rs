@@ -1,0 +1,274 @@
+//! What to cut, in which order, from a case's slices and landmarks.
+
+use std::f64::consts::TAU;
+
+use bevy::math::{DVec2, DVec3};
+use resecta_anatomy::{Case, Slice};
+
+/// How a player operates. Lengths mm, times s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Manner {
+    /// How much deeper each layer goes than the one before.
+    pub layer_mm: f64,
+    /// Distance between neighbouring strokes at the bottom of a layer.
+    pub beside_mm: f64,
+    /// How far the strokes stay inside the adenoma's outline; negative goes past it.
+    pub inside_adenoma_mm: f64,
+    /// How far they stay inside the capsule; negative goes through it.
+    pub inside_capsule_mm: f64,
+    /// How far above the verumontanum they end; negative is below.
+    pub above_verumontanum_mm: f64,
+    /// How many sectors of the gland are operated, of four: the front comes last.
+    pub sectors: usize,
+    /// How often all of it is gone through: what is finished is cut again in every round but the first.
+    pub rounds: u32,
+    /// Speed of a pull, mm/s.
+    pub pull_mm_per_s: f32,
+    /// Speed of everything else, as a share of what the instrument allows.
+    pub haste: f32,
+    /// Whether the pedal goes down only in tissue, or on the whole way.
+    pub current_in_tissue: bool,
+    /// Whether bleeders are closed.
+    pub coagulates: bool,
+    /// Whether taps follow the pressure and the view, and whether to wait for a clear one.
+    pub minds_water: bool,
+}
+
+impl Manner {
+    pub(super) fn careful() -> Self {
+        Self {
+            layer_mm: 3.8,
+            beside_mm: 4.5,
+            inside_adenoma_mm: -1.5,
+            inside_capsule_mm: 2.0,
+            above_verumontanum_mm: 2.0,
+            sectors: 4,
+            rounds: 1,
+            pull_mm_per_s: 30.0,
+            haste: 0.6,
+            current_in_tissue: true,
+            coagulates: true,
+            minds_water: true,
+        }
+    }
+
+    pub(super) fn careless() -> Self {
+        Self {
+            layer_mm: 7.0,
+            beside_mm: 14.0,
+            inside_adenoma_mm: -2.0,
+            inside_capsule_mm: -1.0,
+            above_verumontanum_mm: -5.0,
+            sectors: 3,
+            rounds: 2,
+            pull_mm_per_s: 30.0,
+            haste: 0.7,
+            current_in_tissue: false,
+            coagulates: false,
+            minds_water: false,
+        }
+    }
+}
+
+/// A stroke: the way of the loop's deepest point, from the bladder's side to the operator's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stroke {
+    /// Hour on the clock face.
+    pub hour: f64,
+    /// Places, each further out than the one before it.
+    pub way: Vec<DVec3>,
+}
+
+/// Sectors of the clock in the order of an operation, each with the hour that it begins and the one that it ends at: the middle
+/// lobe, then either side downwards, then the front.
+const SECTORS: [(f64, f64); 4] = [(5.0, 7.0), (1.5, 5.0), (10.5, 7.0), (10.5, 13.5)];
+/// Longest way of one stroke: less than the loop's.
+const LONGEST_MM: f64 = 26.0;
+/// Shortest that is worth one.
+const SHORTEST_MM: f64 = 4.0;
+/// Distance between places on a way.
+const STEP_MM: f64 = 1.0;
+
+/// Unit vector of an hour in the transverse plane: 12 is anterior (-y), 3 the patient's left (+x).
+pub(super) fn towards(hour: f64) -> DVec2 {
+    let angle = hour / 12.0 * TAU;
+    DVec2::new(angle.sin(), -angle.cos())
+}
+
+/// What a case's slices say at a height.
+pub(super) struct Outlines<'a> {
+    case: &'a Case,
+}
+
+impl<'a> Outlines<'a> {
+    pub fn new(case: &'a Case) -> Self {
+        Self { case }
+    }
+
+    /// Middle of the urethra.
+    pub fn centre(&self, z: f64) -> DVec2 {
+        self.mix(z, middle)
+    }
+
+    /// Distance from the middle of the urethra to its wall, to the adenoma's outline and to the capsule, towards an hour.
+    fn radii(&self, z: f64, hour: f64) -> [f64; 3] {
+        let radii = |slice: &Slice| {
+            let from = middle(slice);
+            let to = |contour: &[DVec2]| radius(contour, from, towards(hour));
+            let capsule = to(&slice.capsule);
+            let urethra = slice.urethra.as_deref().map_or(0.0, to);
+            // A slice without adenoma has nothing to cut.
+            let adenoma = slice.transition_zone.as_deref().map_or(urethra, to);
+            DVec3::new(urethra, adenoma, capsule)
+        };
+        self.mix(z, radii).to_array()
+    }
+
+    fn mix<T: std::ops::Add<Output = T> + std::ops::Mul<f64, Output = T>>(
+        &self,
+        z: f64,
+        of: impl Fn(&Slice) -> T,
+    ) -> T {
+        let slices = &self.case.slices;
+        let upper = slices
+            .partition_point(|slice| slice.z <= z)
+            .clamp(1, slices.len().max(2) - 1);
+        let (below, above) = (&slices[upper - 1], &slices[upper.min(slices.len() - 1)]);
+        let share = ((z - below.z) / (above.z - below.z)).clamp(0.0, 1.0);
+        let share = if share.is_finite() { share } else { 0.0 };
+        of(below) * (1.0 - share) + of(above) * share
+    }
+}
+
+fn middle(slice: &Slice) -> DVec2 {
+    let contour = slice.urethra.as_ref().unwrap_or(&slice.capsule);
+    contour.iter().sum::<DVec2>() / contour.len().max(1) as f64
+}
+
+/// How far a ray from inside of a contour goes to it; 0 where it never does.
+fn radius(contour: &[DVec2], from: DVec2, ray: DVec2) -> f64 {
+    let next = contour.iter().cycle().skip(1);
+    let crossing = |(&a, &b): (&DVec2, &DVec2)| {
+        let (a, b) = (a - from, b - from);
+        let (before, after) = (ray.perp_dot(a), ray.perp_dot(b));
+        let along = a.lerp(b, before / (before - after)).dot(ray);
+        ((before <= 0.0) != (after <= 0.0) && along > 0.0).then_some(along)
+    };
+    contour.iter().zip(next).filter_map(crossing).fold(0.0, f64::max)
+}
+
+/// All strokes of an operation, in order; sector after sector, the number of each beside its strokes.
+pub(super) fn strokes(case: &Case, manner: &Manner) -> Vec<(usize, Stroke)> {
+    let Some(verumontanum) = case.landmarks.verumontanum.filter(|_| case.slices.len() > 1) else {
+        return Vec::new();
+    };
+    let outlines = Outlines::new(case);
+    let bottom_z = verumontanum.z + manner.above_verumontanum_mm;
+    let top_z = case.slices.last().map_or(bottom_z, |slice| slice.z);
+    let mut strokes = Vec::new();
+    for (sector, (begin, end)) in SECTORS.into_iter().enumerate().take(manner.sectors) {
+        for layer in 1..20 {
+            let depth_mm = f64::from(layer) * manner.layer_mm;
+            let mut any = false;
+            let mut hour = begin;
+            while (hour - begin).abs() <= (end - begin).abs() + 1e-9 {
+                let (ways, widest_mm) = ways(&outlines, manner, hour % 12.0, depth_mm, [bottom_z, top_z]);
+                any |= !ways.is_empty();
+                strokes.extend(ways.into_iter().map(|way| (sector, Stroke { hour: hour % 12.0, way })));
+                let apart = manner.beside_mm / widest_mm.max(manner.beside_mm) * 12.0 / TAU;
+                hour += apart * (end - begin).signum();
+            }
+            if !any {
+                break;
+            }
+        }
+    }
+    strokes
+}
+
+/// The ways of a layer towards an hour, none longer than a stroke, and the largest radius among them.
+fn ways(
+    outlines: &Outlines,
+    manner: &Manner,
+    hour: f64,
+    depth_mm: f64,
+    [bottom, top]: [f64; 2],
+) -> (Vec<Vec<DVec3>>, f64) {
+    let mut ways = vec![Vec::new()];
+    let mut widest_mm: f64 = 0.0;
+    let mut z = top;
+    while z >= bottom {
+        let [urethra, adenoma, capsule] = outlines.radii(z, hour);
+        let most = (adenoma - manner.inside_adenoma_mm).min(capsule - manner.inside_capsule_mm);
+        let before = urethra + depth_mm - manner.layer_mm;
+        let there = (urethra + depth_mm).min(most);
+        let way = ways.last_mut().expect("never empty");
+        // Nothing new to reach here: the layer before went as far.
+        if there < before + 0.2 * manner.layer_mm {
+            if !way.is_empty() {
+                ways.push(Vec::new());
+            }
+        } else {
+            widest_mm = widest_mm.max(there);
+            way.push((outlines.centre(z) + towards(hour) * there).extend(z));
+            if way.len() as f64 * STEP_MM >= LONGEST_MM {
+                ways.push(Vec::new());
+            }
+        }
+        z -= STEP_MM;
+    }
+    ways.retain(|way| way.len() as f64 * STEP_MM >= SHORTEST_MM);
+    (ways, widest_mm)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn medium() -> Case {
+        let file = crate::assets::find().unwrap().join("cases/medium.case.ron");
+        Case::load(&file).unwrap()
+    }
+
+    /// The least height of all ways, and the least distance by which they stay inside the capsule.
+    fn nearest(case: &Case, manner: &Manner) -> (f64, f64) {
+        let outlines = Outlines::new(case);
+        let plan = strokes(case, manner);
+        assert!(plan.len() > 20, "{} strokes", plan.len());
+        let mut nearest = (f64::INFINITY, f64::INFINITY);
+        for (_, stroke) in &plan {
+            for place in &stroke.way {
+                let [_, _, capsule] = outlines.radii(place.z, stroke.hour);
+                let radius = place.truncate().distance(outlines.centre(place.z));
+                nearest = (nearest.0.min(place.z), nearest.1.min(capsule - radius));
+            }
+        }
+        nearest
+    }
+
+    #[test]
+    fn only_the_careful_stay_above_the_verumontanum_and_inside_the_capsule() {
+        let case = medium();
+        let verumontanum_z = case.landmarks.verumontanum.unwrap().z;
+        let (lowest, inside_mm) = nearest(&case, &Manner::careful());
+        assert!(
+            lowest >= verumontanum_z + 1.0 && inside_mm >= 1.9,
+            "{lowest}, {inside_mm}"
+        );
+        let (lowest, inside_mm) = nearest(&case, &Manner::careless());
+        assert!(lowest < verumontanum_z && inside_mm < 0.0, "{lowest}, {inside_mm}");
+    }
+
+    #[test]
+    fn the_middle_lobe_comes_first_and_the_front_last() {
+        let plan = strokes(&medium(), &Manner::careful());
+        assert_eq!(plan[0].1.hour, 5.0);
+        assert!(plan.windows(2).all(|pair| pair[0].0 <= pair[1].0));
+        let last = &plan.last().unwrap().1;
+        assert!(last.hour > 10.0 || last.hour < 2.0, "{}", last.hour);
+        assert!(
+            plan.iter()
+                .all(|(_, stroke)| stroke.way.first().unwrap().z > stroke.way.last().unwrap().z)
+        );
+    }
+}

@@ -1,0 +1,336 @@
+//! The course of a scripted operation: stroke after stroke, and what comes between them.
+
+use bevy::{math::DVec3, prelude::*};
+use resecta_anatomy::Case;
+use resecta_instrument::{InstrumentPlayback, InstrumentRequest, InstrumentState, Resectoscope};
+use resecta_scenario::RunState;
+
+use super::{
+    hand::{approach, hold, is_at},
+    plan::{Manner, Outlines, Stroke, strokes, towards},
+    senses::Senses,
+};
+
+/// How far the loop is held off the tissue while it is brought somewhere, mm.
+const LIFT_MM: f32 = 4.0;
+/// Steps without tissue after which a careful foot leaves the pedal.
+const LET_GO_STEPS: u32 = 3;
+/// How long a bleeder is pressed at most, s, and how far the loop may sink in before it is given up, mm.
+const PRESS_S: f32 = 1.5;
+const SINK_MM: f32 = 5.0;
+/// How fast it sinks in, mm/s.
+const SINK_MM_PER_S: f32 = 12.0;
+/// How far the loop is out while it presses a bleeder, so that the lens sees it, mm.
+const PRESS_STROKE_MM: f32 = 12.0;
+/// Two bleeders nearer than this are one to a player, mm; it is tried so many times.
+const SAME_MM: f32 = 3.0;
+const TRIES: usize = 2;
+/// The view that is waited for, and for how long at most, s.
+const CLEAR: f64 = 0.35;
+const WAIT_S: f32 = 4.0;
+/// Pressure at which the inflow is shut, and at which it is opened again, cmH2O: absorption begins at 20.
+const HIGH_CMH2O: f64 = 15.0;
+const LOW_CMH2O: f64 = 8.0;
+/// How long the bladder is flushed when a part of the gland is done, s, and how far beyond the neck, mm.
+const FLUSH_S: f32 = 5.0;
+const FLUSH_MM: f64 = 8.0;
+
+/// What a player is about.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Doing {
+    /// The sheath goes to where the next stroke begins, the loop drawn in.
+    Reach,
+    /// The loop goes out over the tissue.
+    Extend,
+    /// The loop is sunk in.
+    Lower,
+    /// The loop is drawn back; how far, in places of the way.
+    Pull(f32),
+    /// Looks, waits for a clear view, decides.
+    Look(f32),
+    /// The loop goes to a bleeder, held off it.
+    Seek(Vec3),
+    /// The loop is on it: how long it pressed, s, and how far it sank, mm.
+    Press(Vec3, f32, f32),
+    /// In the bladder until chips are out; for how long yet, s.
+    Flush(f32),
+    /// Everything was cut.
+    Done,
+}
+
+/// A scripted player at an instrument.
+#[derive(Component, Debug, Clone)]
+pub(super) struct Play {
+    manner: Manner,
+    strokes: Vec<(usize, Stroke)>,
+    next: usize,
+    /// How often they are yet to be gone through.
+    rounds: u32,
+    doing: Doing,
+    /// Bleeders that were pressed.
+    tried: Vec<Vec3>,
+    steps_without_tissue: u32,
+    is_inflow_shut: bool,
+    /// Middles of the urethra by height, 1 mm apart from `middles_from` on.
+    middles: Vec<DVec3>,
+    neck: Vec3,
+}
+
+impl Play {
+    pub fn new(manner: Manner, case: &Case) -> Self {
+        let outlines = Outlines::new(case);
+        let heights = match (case.slices.first(), case.slices.last()) {
+            (Some(first), Some(last)) if case.slices.len() > 1 => first.z as i32..last.z as i32 + 1,
+            _ => 0..0,
+        };
+        let middle = |z: i32| outlines.centre(z.into()).extend(z.into());
+        Self {
+            manner,
+            strokes: strokes(case, &manner),
+            next: 0,
+            rounds: manner.rounds,
+            doing: Doing::Reach,
+            tried: Vec::new(),
+            steps_without_tissue: 0,
+            is_inflow_shut: false,
+            middles: heights.map(middle).collect(),
+            neck: case
+                .landmarks
+                .bladder_neck
+                .map_or(Vec3::ZERO, |neck| (neck + DVec3::Z * FLUSH_MM).as_vec3()),
+        }
+    }
+
+    /// From the middle of the urethra to a place, across.
+    fn outwards(&self, place: Vec3) -> Vec3 {
+        let nearest = self.middles.iter().map(|middle| middle.as_vec3());
+        let nearest = nearest.min_by(|a, b| (a.z - place.z).abs().total_cmp(&(b.z - place.z).abs()));
+        nearest.map_or(Vec3::Y, |middle| (place - middle).with_z(0.0).normalize_or(Vec3::Y))
+    }
+
+    /// Where the deepest point of the loop is on the next stroke's way.
+    fn way_point(&self, at: f32) -> Option<(Vec3, Vec3, f32)> {
+        let (_, stroke) = self.strokes.get(self.next)?;
+        let last = stroke.way.len() - 1;
+        let (from, to) = ((at as usize).min(last), (at as usize + 1).min(last));
+        let place = stroke.way[from].lerp(stroke.way[to], f64::from(at.fract()));
+        let outwards = towards(stroke.hour).extend(0.0);
+        let left_mm = stroke.way[last].distance(stroke.way[0]) as f32;
+        Some((place.as_vec3(), outwards.as_vec3(), left_mm))
+    }
+
+    /// A step: where the hands go from here, pedals and taps included.
+    fn step(&mut self, now: &InstrumentState, scope: &Resectoscope, senses: &Senses, step_s: f32) -> InstrumentState {
+        let manner = self.manner;
+        self.steps_without_tissue = if senses.loop_in_tissue() {
+            0
+        } else {
+            self.steps_without_tissue + 1
+        };
+        let released = InstrumentState {
+            cut: false,
+            coagulate: false,
+            ..*now
+        };
+        let go = |to: &InstrumentState| approach(scope, &released, to, manner.haste, step_s);
+        let next = match self.doing {
+            Doing::Reach | Doing::Extend | Doing::Lower => match self.way_point(0.0) {
+                None => {
+                    self.doing = Doing::Done;
+                    released
+                }
+                Some((place, outwards, way_mm)) => {
+                    let lift = if self.doing == Doing::Lower { 0.0 } else { LIFT_MM };
+                    let mut to = hold(scope, now, place - outwards * lift, outwards, way_mm);
+                    if self.doing == Doing::Reach {
+                        to.stroke_mm = 0.0;
+                    }
+                    let mut next = go(&to);
+                    // A heavy foot is down on the whole way.
+                    next.cut = !manner.current_in_tissue;
+                    if is_at(scope, now, &to) {
+                        self.doing = match self.doing {
+                            Doing::Reach => Doing::Extend,
+                            Doing::Extend => Doing::Lower,
+                            _ => Doing::Pull(0.0),
+                        };
+                    }
+                    next
+                }
+            },
+            Doing::Pull(at) => {
+                let at = at + manner.pull_mm_per_s * step_s;
+                let length = self.strokes.get(self.next).map_or(0, |(_, stroke)| stroke.way.len()) as f32;
+                let sheath_mm = now.insertion_mm;
+                let Some((place, outwards, _)) = self.way_point(at).filter(|_| at < length) else {
+                    let sector = self.strokes.get(self.next).map(|(sector, _)| *sector);
+                    self.next += 1;
+                    if self.next == self.strokes.len() && self.rounds > 1 {
+                        (self.next, self.rounds) = (0, self.rounds - 1);
+                    }
+                    let following = self.strokes.get(self.next).map(|(sector, _)| *sector);
+                    self.doing = match manner.minds_water && sector != following {
+                        true => Doing::Flush(FLUSH_S),
+                        false => Doing::Look(0.0),
+                    };
+                    return self.turn_taps(released, senses);
+                };
+                self.doing = Doing::Pull(at);
+                // The sheath stays while the loop comes in, and is drawn back for what is left of the way.
+                let tight = hold(scope, now, place, outwards, 0.0);
+                let stroke_mm = (tight.insertion_mm - sheath_mm).clamp(0.0, scope.limits.stroke_mm.max);
+                let mut next = approach(
+                    scope,
+                    &released,
+                    &hold(scope, now, place, outwards, stroke_mm),
+                    1.0,
+                    step_s,
+                );
+                next.cut = !manner.current_in_tissue || self.steps_without_tissue < LET_GO_STEPS;
+                next
+            }
+            Doing::Look(waited_s) => {
+                self.doing = self.decide(now, scope, senses, waited_s, step_s);
+                InstrumentState {
+                    stroke_mm: (now.stroke_mm - scope.limits.stroke_mm.max_speed * manner.haste * step_s).max(0.0),
+                    ..released
+                }
+            }
+            Doing::Seek(place) => {
+                let outwards = self.outwards(place);
+                let to = hold(scope, now, place - outwards * LIFT_MM, outwards, PRESS_STROKE_MM);
+                if is_at(scope, now, &to) {
+                    self.doing = Doing::Press(place, 0.0, -LIFT_MM);
+                }
+                go(&to)
+            }
+            Doing::Press(place, pressed_s, sunk_mm) => {
+                let is_on = senses.loop_in_tissue();
+                let still_bleeds = senses
+                    .bleeders(scope, now)
+                    .iter()
+                    .any(|seen| seen.distance(place) < SAME_MM);
+                // Tissue may be met on the way; the bleeder is where it was seen.
+                let is_there = is_on && sunk_mm >= 0.0;
+                let sunk_mm = if is_there {
+                    sunk_mm
+                } else {
+                    sunk_mm + SINK_MM_PER_S * step_s
+                };
+                let pressed_s = pressed_s + if is_there { step_s } else { 0.0 };
+                let is_over = pressed_s > PRESS_S || sunk_mm > SINK_MM || (pressed_s > 0.0 && !still_bleeds);
+                self.doing = if is_over {
+                    Doing::Look(0.0)
+                } else {
+                    Doing::Press(place, pressed_s, sunk_mm)
+                };
+                let outwards = self.outwards(place);
+                let mut next = go(&hold(scope, now, place + outwards * sunk_mm, outwards, PRESS_STROKE_MM));
+                next.coagulate = is_there && !is_over;
+                next
+            }
+            Doing::Flush(left_s) => {
+                let to = hold(
+                    scope,
+                    now,
+                    self.neck + Vec3::Y * scope.geometry.loop_depth_mm,
+                    Vec3::Y,
+                    0.0,
+                );
+                let left_s = if is_at(scope, now, &to) {
+                    left_s - step_s
+                } else {
+                    left_s
+                };
+                self.doing = if left_s > 0.0 {
+                    Doing::Flush(left_s)
+                } else {
+                    Doing::Look(0.0)
+                };
+                go(&to)
+            }
+            Doing::Done => released,
+        };
+        self.turn_taps(next, senses)
+    }
+
+    /// What to do after a stroke or a bleeder.
+    fn decide(
+        &mut self,
+        now: &InstrumentState,
+        scope: &Resectoscope,
+        senses: &Senses,
+        waited_s: f32,
+        step_s: f32,
+    ) -> Doing {
+        let manner = &self.manner;
+        // The loop comes in first: it hides what is behind it.
+        if now.stroke_mm > 0.0 && waited_s == 0.0 {
+            return Doing::Look(0.0);
+        }
+        if manner.coagulates {
+            let tip = scope.tip(now);
+            let bleeders = senses.bleeders(scope, now).into_iter();
+            let tries = |place: &Vec3| {
+                self.tried
+                    .iter()
+                    .filter(|tried| tried.distance(*place) < SAME_MM)
+                    .count()
+            };
+            let untried = bleeders.filter(|place| tries(place) < TRIES);
+            let nearest = untried.min_by(|a, b| a.distance(tip).total_cmp(&b.distance(tip)));
+            if let Some(place) = nearest {
+                self.tried.push(place);
+                return Doing::Seek(place);
+            }
+        }
+        if manner.minds_water && senses.visibility() < CLEAR && waited_s < WAIT_S {
+            return Doing::Look(waited_s + step_s);
+        }
+        Doing::Reach
+    }
+
+    /// Taps as the water asks for: clear water through both, little inflow while the view is clear, none while the bladder presses.
+    fn turn_taps(&mut self, next: InstrumentState, senses: &Senses) -> InstrumentState {
+        let (inflow_tap, outflow_tap) = if !self.manner.minds_water {
+            (1.0, 0.0)
+        } else {
+            let pressure = senses.pressure_cmh2o();
+            self.is_inflow_shut = pressure > HIGH_CMH2O || (self.is_inflow_shut && pressure > LOW_CMH2O);
+            let is_flushing = matches!(self.doing, Doing::Flush(_));
+            let inflow = match senses.visibility() {
+                _ if self.is_inflow_shut => 0.0,
+                visibility if visibility > 0.8 && !is_flushing => 0.4,
+                _ => 1.0,
+            };
+            (inflow, 1.0)
+        };
+        InstrumentState {
+            inflow_tap,
+            outflow_tap,
+            ..next
+        }
+    }
+}
+
+/// Moves every instrument that a player sits at.
+pub(super) fn play(
+    time: Res<Time>,
+    state: Res<RunState>,
+    senses: Senses,
+    mut players: Query<(
+        &mut Play,
+        &Resectoscope,
+        &InstrumentState,
+        &mut InstrumentRequest,
+        &mut InstrumentPlayback,
+    )>,
+) {
+    if *state != RunState::Running {
+        return;
+    }
+    for (mut play, scope, now, mut request, mut playback) in &mut players {
+        request.0 = play.step(now, scope, &senses, time.delta_secs());
+        playback.over = play.doing == Doing::Done;
+    }
+}

@@ -1,0 +1,84 @@
+//! Two scripted players on a whole operation: the score tells them apart in every part.
+
+use std::fs;
+
+use resecta::{
+    assets, headless,
+    instrument::InstrumentSource,
+    players::{self, Player, PlayersPlugin},
+    scenario::{Condition, Library, LoadedExercise, MetricId, Part, Report},
+    tissue::CutDetail,
+};
+
+/// The shipped operation on a small gland of whole elements, for a limited time; lines count from a smaller share on.
+fn shortened(time_s: f64, at_least: f64) -> LoadedExercise {
+    let assets = assets::find().unwrap();
+    let file = assets.join("exercises/full_operation.exercise.ron");
+    let text = fs::read_to_string(&file)
+        .unwrap()
+        .replace("case: \"medium\"", "case: \"small\"");
+    let mut loaded = Library::new(assets).load_text(&text, &file).unwrap();
+    let exercise = &mut loaded.exercise;
+    exercise.alpha_deg = 15.0;
+    exercise.models.detail = CutDetail::Elements;
+    exercise.limits.time_s = time_s;
+    for rule in &mut exercise.scoring {
+        rule.needs = rule.needs.map(|needs| Condition { at_least, ..needs });
+    }
+    loaded
+}
+
+fn play(loaded: LoadedExercise, player: Player) -> Report {
+    let mut app = headless::app(None);
+    app.add_plugins(PlayersPlugin);
+    headless::start(&mut app, loaded.prepare().unwrap(), InstrumentSource::Requests);
+    players::seat(app.world_mut(), player);
+    headless::play(&mut app, |_| {});
+    Report::of_world(app.world()).unwrap()
+}
+
+fn value(report: &Report, id: MetricId) -> f64 {
+    let metric = report.metrics.iter().find(|metric| metric.id == id);
+    metric.expect("every metric is reported").value
+}
+
+#[test]
+fn both_cut_and_only_the_careless_go_below_the_verumontanum_and_waste_current() {
+    let [careful, careless] = [Player::Careful, Player::Careless].map(|player| play(shortened(20.0, 0.3), player));
+    for report in [&careful, &careless] {
+        assert!(value(report, MetricId::RemovedMass) > 0.3, "{report:?}");
+    }
+    let of = |id| (value(&careful, id), value(&careless, id));
+    let (ours, theirs) = of(MetricId::SphincterInjuries);
+    assert!(ours == 0.0 && theirs > 0.0, "careful {ours}, careless {theirs}");
+    let (ours, theirs) = of(MetricId::CurrentWithoutContact);
+    assert!(ours < theirs, "careful {ours}, careless {theirs}");
+}
+
+/// Minutes of simulation: for when score, players or tissue change.
+#[test]
+#[ignore = "plays two operations, some minutes"]
+fn the_score_tells_the_careful_from_the_careless_in_every_part() {
+    let [careful, careless] = [Player::Careful, Player::Careless].map(|player| play(shortened(600.0, 0.3), player));
+    for part in Part::ALL {
+        let points = |report: &Report| {
+            let of_part = report.score.parts.iter().find(|score| score.part == part);
+            of_part.expect("every part has lines").points
+        };
+        let (more, less) = (points(&careful), points(&careless));
+        assert!(more > less, "{}: careful {more}, careless {less}", part.name());
+    }
+    for less_is_expert in [
+        MetricId::SphincterInjuries,
+        MetricId::CapsuleCutShare,
+        MetricId::BloodLost,
+        MetricId::CurrentWithoutContact,
+    ] {
+        let (ours, theirs) = (value(&careful, less_is_expert), value(&careless, less_is_expert));
+        assert!(ours < theirs, "{less_is_expert}: careful {ours}, careless {theirs}");
+    }
+    for more_is_expert in [MetricId::AdenomaRemovedShare, MetricId::CoagulationPrecision] {
+        let (ours, theirs) = (value(&careful, more_is_expert), value(&careless, more_is_expert));
+        assert!(ours > theirs, "{more_is_expert}: careful {ours}, careless {theirs}");
+    }
+}
