@@ -103,6 +103,14 @@ const ADVICE: &[(MetricId, &str)] = &[
         "Keep the bladder's pressure low while veins are open: let water out in time, and close veins at once.",
     ),
     (
+        MetricId::ChipsInBladder,
+        "Flush before you end: with the loop drawn in, close the inflow and let the chips leave with the water.",
+    ),
+    (
+        MetricId::ChipsFlushed,
+        "Flush out more of what you cut: hold the sheath in the bladder, where the chips lie, with the outflow wide open.",
+    ),
+    (
         MetricId::StepsDone,
         "Do the steps to the end: each waits until you have done what it says.",
     ),

@@ -120,6 +120,8 @@ mod tests {
         app.init_resource::<GameFlow>().add_plugins(plugin);
         headless::start(&mut app, loaded.prepare().unwrap(), InstrumentSource::Requests);
         app.world_mut().resource_mut::<GameFlow>().phase = Phase::Playing;
+        // The first update sets the clocks, the second places the instrument where its source starts.
+        app.update();
         app.update();
         app
     }
@@ -154,6 +156,9 @@ mod tests {
         );
         request(&mut app, |state| (state.cut, state.coagulate) = (false, true));
         assert!(heard(&app).coagulate && !heard(&app).cut);
+        request(&mut app, |state| (state.inflow_tap, state.outflow_tap) = (0.0, 0.0));
+        let shut = heard(&app);
+        assert_eq!((shut.inflow_ml_per_s, shut.outflow_ml_per_s), (0.0, 0.0));
 
         app.world_mut().resource_mut::<GameFlow>().help = true;
         app.update();
