@@ -31,7 +31,7 @@ pub struct ChipMaking {
     pentahedra: Vec<u32>,
     placed: usize,
     extracted: usize,
-    /// Where the vertices are, by slot, and how many of their chunks are there.
+    /// Where the vertices are, by slot, the nodes first, and how many of their chunks are there.
     places: Vec<Vec3>,
     located: usize,
     /// Number of the body's vertex by slot, and how many triangles are part of the body.
@@ -41,8 +41,6 @@ pub struct ChipMaking {
     enclosed: Moments,
     /// What every pentahedron lost, mm³, those without a part of the surface included.
     lost: Vec<(u32, f64)>,
-    /// Where the nodes were.
-    nodes: Vec<Vec3>,
 }
 
 impl ChipMaking {
@@ -70,7 +68,6 @@ impl ChipMaking {
             chip: Chip::empty(lost.iter().map(|(_, mm3)| mm3).sum()),
             enclosed: Moments::default(),
             lost,
-            nodes: nodes.to_vec(),
         }
     }
 
@@ -106,7 +103,7 @@ impl ChipMaking {
         let chunks = vertices.chunk_count();
         let mut left = left.saturating_mul(AS_A_PENTAHEDRON);
         while self.located < chunks && left > 0 {
-            let position = |node: u32| self.nodes[node as usize];
+            let position = |node: u32| self.places[node as usize];
             let places = vertices.chunk_places(mesh, self.located, position);
             self.places.extend(places);
             self.located += 1;
@@ -162,7 +159,7 @@ impl ChipMaking {
         }
         let mut moments = Moments::default();
         for &(pentahedron, lost) in &self.lost {
-            let shape = mesh.shape(pentahedron, &self.nodes);
+            let shape = mesh.shape(pentahedron, &self.places);
             moments.add_point(shape.at([1.0 / 3.0, 1.0 / 3.0, 0.5]), lost);
         }
         moments

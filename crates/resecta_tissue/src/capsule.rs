@@ -3,14 +3,10 @@
 use std::collections::BTreeMap;
 
 use bevy::math::Vec3;
+use resecta_anatomy::wedge;
 use resecta_solver::{NodeKind, Tissue};
 
 use crate::collide::segment_triangle;
-
-/// The triangles and quadrilaterals of a prism, as its corners (VTK's wedge).
-const TRIANGLES: [[usize; 3]; 2] = [[0, 1, 2], [3, 4, 5]];
-/// As above.
-const QUADRILATERALS: [[usize; 4]; 3] = [[0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]];
 
 /// The capsule of a tissue: the outer faces whose corners are all of [`NodeKind::Capsule`].
 ///
@@ -42,9 +38,9 @@ impl Capsule {
         let mut faces: BTreeMap<Vec<u32>, (u32, Vec<u32>)> = BTreeMap::new();
         for pentahedron in 0..tissue.pentahedron_count() as u32 {
             let corners = tissue.pentahedron_nodes(pentahedron);
-            let triangles = TRIANGLES.iter().map(|face| face.as_slice());
-            let quadrilaterals = QUADRILATERALS.iter().map(|face| face.as_slice());
-            for face in triangles.chain(quadrilaterals) {
+            let triangular = wedge::TRIANGLES.iter().map(|face| face.as_slice());
+            let quadrilateral = wedge::QUADS.iter().map(|face| face.as_slice());
+            for face in triangular.chain(quadrilateral) {
                 let nodes: Vec<u32> = face.iter().map(|&corner| corners[corner]).collect();
                 if !nodes.iter().all(is_capsule) {
                     continue;
@@ -54,10 +50,14 @@ impl Capsule {
                 faces.entry(key).or_insert((0, nodes)).0 += 1;
             }
         }
-        let outer = faces.into_values().filter(|(count, _)| *count == 1);
-        let triangles: Vec<[u32; 3]> = outer
-            .flat_map(|(_, nodes)| (2..nodes.len()).map(move |n| [nodes[0], nodes[n - 1], nodes[n]]))
-            .collect();
+        let mut triangles = Vec::new();
+        for (_, nodes) in faces.into_values().filter(|(count, _)| *count == 1) {
+            match nodes[..] {
+                [a, b, c, d] => triangles.extend(wedge::split_quad([a, b, c, d])),
+                [a, b, c] => triangles.push([a, b, c]),
+                _ => {}
+            }
+        }
         let mut nodes: Vec<u32> = triangles.iter().flatten().copied().collect();
         nodes.sort_unstable();
         nodes.dedup();
