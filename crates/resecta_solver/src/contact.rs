@@ -30,6 +30,12 @@ impl TissuePoint {
         TissuePoint { nodes, weights }
     }
 
+    /// The point a share (0 to 1) of the way to another one that is told by the same nodes; none if it is not.
+    pub fn towards(&self, other: &TissuePoint, share: f32) -> Option<TissuePoint> {
+        let weights = std::array::from_fn(|n| self.weights[n] + share * (other.weights[n] - self.weights[n]));
+        (self.nodes == other.nodes).then_some(TissuePoint { weights, ..*self })
+    }
+
     /// The nodes that count, and their weights.
     #[inline]
     pub fn parts(&self) -> impl Iterator<Item = (u32, f32)> + Clone {

@@ -11,6 +11,7 @@ use super::{
     closest::{ClosestPoints, point_triangle},
     contacts::Found,
     patches::{self, ChunkPart, Patches, Run},
+    steady::Steady,
     sweep::Axis,
 };
 use crate::skin::{Skin, SkinVersion};
@@ -37,6 +38,7 @@ pub struct Collider {
     /// The contacts found last, and whether they are those of all parts for all of the step.
     found: Vec<Found>,
     pub found_all: bool,
+    pub steady: Steady,
 }
 
 impl Default for Collider {
@@ -50,6 +52,7 @@ impl Default for Collider {
             motion: None,
             found: Vec::new(),
             found_all: false,
+            steady: Steady::default(),
         }
     }
 }

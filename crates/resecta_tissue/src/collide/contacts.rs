@@ -7,6 +7,7 @@ use super::{
     closest::{ClosestPoints, segment_triangle},
     collider::{Collider, DEPTH_LIMIT_MM, Face, Nearby},
     patches::ChunkPart,
+    steady::Steady,
     surroundings::{Side, Surroundings, passes_through},
     sweep::PartSweep,
     touch::Touch,
@@ -28,6 +29,14 @@ const SHAFT_DIP_MM: f32 = 0.25;
 /// Small faces all of whose edges dip less than this between their corners are not looked at themselves, mm: the surface is
 /// no truer than that at half a millimetre's spacing.
 const POINT_DIP_MM: f32 = 0.25;
+
+/// What a pentahedron carries is pushed the way that it was pushed before unless another way is deeper by this much, mm, for
+/// one that turns by 60 degrees: pushed now here, now there it would turn to and fro.
+const KEEPS_MM: f32 = 0.5;
+
+/// A part thinner than this, mm of its radius, that lies in tissue stays there: moved past it by one face and back by
+/// another, the tissue would be thrown about.
+const THIN_MM: f32 = 1.0;
 
 /// A point of a face with this weight at a corner is the corner.
 const CORNER_WEIGHT: f32 = 0.999;
@@ -65,6 +74,10 @@ pub struct Found {
     pub normal: Vec3,
     /// How far the part would reach past the point, mm; negative where it only comes near.
     pub depth: f32,
+    /// The pentahedron inside of which all vertices are.
+    pub inside: Option<u32>,
+    /// How far the part moves in the pass, mm.
+    pub motion_mm: f32,
     /// What the solver is to enforce; a face whose corners are held is only told.
     pub contact: Option<Contact>,
 }
@@ -92,6 +105,10 @@ impl PartSweep {
     /// How far from the axis anything is looked at for this part, mm.
     pub fn range(&self) -> f32 {
         (self.radius + MARGIN_MM + self.from.motion(&self.to)).max(DEPTH_LIMIT_MM)
+    }
+
+    fn is_thin(&self) -> bool {
+        self.radius < THIN_MM
     }
 
     /// Whether faces with edges this long are so small that their corners stand for them.
@@ -123,7 +140,7 @@ impl Search<'_> {
             false => crossed,
         };
         let mut surroundings = Surroundings::new(collider, skin, part.to, (&faces, &nearby.points), known);
-        let mut candidates = Candidates::default();
+        let mut candidates = Candidates::new(&collider.steady, self.number);
         for (face, closest) in &faces {
             let Some(push) = push(&mut surroundings, part, near, face, *closest) else {
                 continue;
@@ -139,7 +156,11 @@ impl Search<'_> {
             }
             candidates.add(self.face(&push.face, push.touch, !is_covered));
         }
-        for nearest in surroundings.nearest_from_within() {
+        let within = match part.is_thin() {
+            true => Vec::new(),
+            false => surroundings.nearest_from_within(),
+        };
+        for nearest in within {
             let push = Push::inward(part, &nearest.face, nearest.closest);
             candidates.add(self.face(&nearest.face, push.touch, true));
         }
@@ -199,6 +220,8 @@ impl Search<'_> {
             surface: most_of(vertices.map(|vertex| self.skin.kind(vertex))),
             point: touch.closest.on_triangle,
             normal: touch.normal,
+            inside: candidate.pentahedron.filter(|_| candidate.is_inside),
+            motion_mm: self.part.from.motion(&self.part.to),
             depth: touch.depth(),
             contact: enforced.then(|| touch.contact(self.skin, self.part, vertices, self.pass_s)),
         }
@@ -219,23 +242,39 @@ struct Candidate {
 }
 
 /// What may become contacts of one part.
-#[derive(Default)]
-struct Candidates {
+struct Candidates<'a> {
+    /// The contacts of the pass before, and which part of which tool is looked at.
+    before: &'a Steady,
+    number: (u32, u32),
     /// Those with a node among their vertices.
     at_nodes: Vec<Candidate>,
     /// Of those inside of a pentahedron, the one that is pushed furthest: the pentahedron moves as one.
     inside: HashMap<Option<u32>, Candidate>,
 }
 
-impl Candidates {
+impl<'a> Candidates<'a> {
+    fn new(before: &'a Steady, number: (u32, u32)) -> Self {
+        Candidates {
+            before,
+            number,
+            at_nodes: Vec::new(),
+            inside: HashMap::default(),
+        }
+    }
+
     fn add(&mut self, candidate: Candidate) {
         if !candidate.is_inside {
             self.at_nodes.push(candidate);
             return;
         }
         let deepest = self.inside.entry(candidate.pentahedron).or_insert(candidate);
+        let before = self.before.direction(self.number, candidate.pentahedron);
+        let depth = |candidate: &Candidate| {
+            let kept = before.map_or(0.0, |before| before.dot(candidate.touch.normal));
+            candidate.touch.depth() + 2.0 * KEEPS_MM * kept
+        };
         let by_depth = |a: &Candidate, b: &Candidate| {
-            let by_depth = || a.touch.depth().total_cmp(&b.touch.depth());
+            let by_depth = || depth(a).total_cmp(&depth(b));
             // Of equally deep ones the same one in whatever order they come.
             a.is_held
                 .cmp(&b.is_held)
@@ -249,7 +288,7 @@ impl Candidates {
 
     /// One for each face and corner, ordered by them.
     fn chosen(self) -> Vec<Candidate> {
-        let Candidates { mut at_nodes, inside } = self;
+        let Candidates { mut at_nodes, inside, .. } = self;
         at_nodes.extend(inside.into_values());
         at_nodes.sort_by(|a, b| {
             a.held.cmp(&b.held).then_with(|| match a.held {
@@ -316,6 +355,7 @@ impl Push {
             closest,
             normal: -face.normal(),
             reach: part.radius,
+            is_inward: true,
         };
         Push {
             face: *face,
@@ -348,7 +388,8 @@ fn push(
     };
     if passes_through(&closest) {
         // The axis passes through the face: tissue goes inward, out of its way.
-        return Some(Push::inward(part, face, closest));
+        let was_through = || passes_through(&segment_triangle(part.from.a, part.from.b, face.corners));
+        return (!part.is_thin() || !was_through()).then(|| Push::inward(part, face, closest));
     }
     if side >= 0.0 {
         return separated();

@@ -8,6 +8,7 @@ mod closest;
 mod collider;
 mod contacts;
 mod patches;
+mod steady;
 mod surroundings;
 mod sweep;
 mod touch;
@@ -153,6 +154,7 @@ pub(crate) fn integrate(
                             &mut found,
                         );
                     }
+                    collider.steady.hold_still(&mut found, &tissue.solver);
                     contacts.extend(found.iter().filter_map(|found| found.contact));
                     if !collider.found_all {
                         touches.extend(&found);

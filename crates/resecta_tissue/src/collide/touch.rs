@@ -8,7 +8,10 @@ use crate::{skin::Skin, tool::ToolPartKind};
 
 /// How fast tissue that a tool already overlaps is moved out of it, mm/s, on top of the tool's own motion. A tool that is
 /// put into tissue at once distends it in some steps instead of throwing it aside in one.
-const RECOVERY_MM_PER_S: f32 = 60.0;
+const RECOVERY_MM_PER_S: f32 = 20.0;
+/// The same for tissue that surrounds a tool's axis and is to be moved past it: what holds it there may not let it go, and it
+/// comes back each step.
+const PASSING_MM_PER_S: f32 = 3.0;
 /// Below this distance the direction between two points is noise, mm.
 pub const NO_DIRECTION_MM: f32 = 1e-4;
 /// A face runs along a sheath if the cosine between its normal and the sheath's axis is below this (45 degrees).
@@ -23,6 +26,8 @@ pub struct Touch {
     pub normal: Vec3,
     /// How far from the point of the axis, along the normal, the part's surface is, mm.
     pub reach: f32,
+    /// Whether the tissue around the axis is moved past it.
+    pub is_inward: bool,
 }
 
 impl Touch {
@@ -54,6 +59,7 @@ impl Touch {
             closest,
             normal: away.normalize_or(-outward),
             reach: part.radius,
+            is_inward: false,
         };
         let forward = match closest.share {
             _ if part.kind != ToolPartKind::Sheath => return straight,
@@ -72,6 +78,7 @@ impl Touch {
             closest,
             normal: sideways.normalize(),
             reach,
+            is_inward: false,
         }
     }
 
@@ -97,7 +104,11 @@ impl Touch {
         let offset_start = now.min(self.normal.dot(start) + self.reach).min(goal);
         // A round tip spreads tissue at most about as fast as it moves, until it is deep in it.
         let motion = start.distance(self.closest.on_segment);
-        let offset_end = goal.min(offset_start + 2.0 * motion + RECOVERY_MM_PER_S * pass_s);
+        let recovery = match self.is_inward {
+            true => PASSING_MM_PER_S,
+            false => RECOVERY_MM_PER_S,
+        };
+        let offset_end = goal.min(offset_start + 2.0 * motion + recovery * pass_s);
         Contact {
             point,
             normal: self.normal,

@@ -337,3 +337,45 @@ fn a_tool_that_is_not_finite_is_left_out_and_reported() {
     assert_eq!(bits(&app, tissue), before);
     assert_eq!(messages::<TissuePutAside>(&app).len(), 1);
 }
+
+/// How many nodes, of a tube with a tilted sheath at rest in it, change their step by more than 0.1 mm, mean over half a
+/// second.
+fn restless(alpha_deg: f64, tilt_deg: f32) -> f32 {
+    let mut app = app();
+    let solver = tube(alpha_deg, 22.0, 45.0);
+    let nodes = solver.node_count() as u32;
+    let tissue = app.world_mut().spawn((Tissue::new(solver), checked())).id();
+    let tilt = Quat::from_rotation_x(std::f32::consts::PI + tilt_deg.to_radians());
+    let pose = |z: f32| Isometry3d::new(Vec3::new(0.0, 0.0, z), tilt);
+    let tool = app.world_mut().spawn(sheath_tool(pose(-10.0))).id();
+    for step in 0..60 {
+        app.world_mut().get_mut::<TissueTool>(tool).unwrap().pose = pose(-10.0 + 0.5 * step as f32);
+        app.update();
+    }
+    let places = |app: &App| -> Vec<Vec3> {
+        let solver = app.world().get::<Tissue>(tissue).unwrap().solver();
+        (0..nodes).map(|node| solver.position(node)).collect()
+    };
+    let (mut count, mut before) = (0, [places(&app), places(&app)]);
+    for step in 0..120 {
+        app.update();
+        let now = places(&app);
+        let changed = |n: &usize| (now[*n] - 2.0 * before[1][*n] + before[0][*n]).length() > 0.1;
+        if step >= 90 {
+            count += (0..now.len()).filter(changed).count();
+        }
+        let [_, last] = before;
+        before = [last, now];
+    }
+    count as f32 / 30.0
+}
+
+#[test]
+fn tissue_around_a_sheath_at_rest_comes_to_rest() {
+    for alpha_deg in [22.5, 15.0, 9.0] {
+        for tilt_deg in [0.0, 6.0, 12.0] {
+            let restless = restless(alpha_deg, tilt_deg);
+            println!("{alpha_deg} {tilt_deg}: {restless}");
+        }
+    }
+}
