@@ -54,7 +54,7 @@ use thiserror::Error;
 use crate::{
     ResectaPlugins,
     assets::{self, AssetsMissing},
-    view::{NoAdapter, ViewPlugin, adapter_available},
+    view::{DrawBetweenSteps, NoAdapter, ViewPlugin, adapter_available},
 };
 
 pub use display::NoDisplay;
@@ -142,6 +142,7 @@ pub fn run(options: GameOptions) -> Result<(), GameError> {
             },
         ),
     ));
+    app.init_resource::<DrawBetweenSteps>();
     app.init_resource::<RunLog>().insert_resource(history::History::load());
     // Keyboard and mouse are the menu's until play begins.
     app.world_mut().resource_mut::<LiveInput>().captured = false;

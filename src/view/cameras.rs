@@ -9,7 +9,7 @@ use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::ActiveExercise;
 use resecta_tissue::{TissueProbe, TissueSystems};
 
-use super::{ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems, blood::Water, gland::sagittal, palette};
+use super::{ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems, between::Drawn, blood::Water, gland::sagittal, palette};
 
 /// Nearest distance that is drawn, mm. Tissue may nearly touch the lens.
 pub(super) const NEAR_MM: f32 = 0.05;
@@ -137,13 +137,14 @@ fn ask_at_lens(
 
 fn follow_lens(
     active: Option<Res<ActiveExercise>>,
-    instruments: Query<(&Resectoscope, &InstrumentState)>,
+    instruments: Query<Drawn>,
     water: Res<Water>,
     mut cameras: Query<(&mut Camera, &mut Projection, &mut Transform), With<EndoscopeCamera>>,
 ) {
-    let Some((scope, state)) = active.and_then(|active| instruments.get(active.instrument).ok()) else {
+    let Some(instrument) = active.and_then(|active| instruments.get(active.instrument).ok()) else {
         return;
     };
+    let (scope, state) = instrument.get();
     let half = (scope.geometry.field_of_view_deg.to_radians() / 2.0).tan();
     for (mut camera, mut projection, mut transform) in &mut cameras {
         let background = water.beyond(palette::DEEP, FAR_MM);

@@ -10,6 +10,7 @@ use resecta_chips::FloatingChip;
 use resecta_tissue::{Chip, SurfaceKind};
 
 use super::{
+    between::FrameShare,
     ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems,
     material::{Look, ViewMaterial},
     palette,
@@ -58,9 +59,9 @@ fn dress(
     }
 }
 
-/// Puts chips where they are between the last two steps.
-fn follow(time: Res<Time<Fixed>>, mut chips: Query<(&FloatingChip, &mut Transform)>) {
-    let share = time.overstep_fraction().clamp(0.0, 1.0);
+/// Puts chips where they are drawn.
+fn follow(share: FrameShare, mut chips: Query<(&FloatingChip, &mut Transform)>) {
+    let share = share.get();
     for (chip, mut transform) in &mut chips {
         transform.set_if_neq(place(chip, share));
     }

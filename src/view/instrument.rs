@@ -7,7 +7,9 @@ use bevy::{
 use resecta_instrument::{InstrumentState, Resectoscope, ResectoscopeGeometry};
 
 use super::{
-    ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems, both_layers,
+    ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems,
+    between::Drawn,
+    both_layers,
     material::{Look, ViewMaterial},
     palette, shapes,
 };
@@ -111,14 +113,15 @@ fn add_bodies(
 
 /// Slides the loops and lets the wire glow under current.
 fn move_loops(
-    instruments: Query<&InstrumentState>,
+    instruments: Query<Drawn>,
     mut loops: Query<(&SlidingLoop, &mut Transform)>,
     mut materials: ResMut<Assets<ViewMaterial>>,
 ) {
     for (sliding, mut transform) in &mut loops {
-        let Ok(state) = instruments.get(sliding.instrument) else {
+        let Ok(instrument) = instruments.get(sliding.instrument) else {
             continue;
         };
+        let (_, state) = instrument.get();
         transform.translation = Vec3::NEG_Z * state.stroke_mm;
         let (colour, glow) = match state {
             InstrumentState { cut: true, .. } => (palette::CUTTING, 0.9),

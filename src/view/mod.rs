@@ -10,6 +10,7 @@
 //!
 //! | to find | look in |
 //! |---|---|
+//! | what is drawn between two steps | `between.rs` |
 //! | where a camera stands and what it sees | `cameras.rs` |
 //! | blood in the water and from vessels | `blood.rs` |
 //! | what strokes cut free | `chips.rs` |
@@ -22,6 +23,7 @@
 //! | pictures as files | `pictures.rs` |
 
 mod adapter;
+mod between;
 mod blood;
 mod cameras;
 mod chips;
@@ -39,6 +41,7 @@ mod surroundings;
 use bevy::{camera::visibility::RenderLayers, prelude::*};
 
 pub use adapter::{NoAdapter, adapter_available};
+pub use between::DrawBetweenSteps;
 pub use cameras::{EndoscopeCamera, OutsideCamera, endoscope_camera, outside_camera};
 pub(crate) use instrument::BEAK_MM;
 pub use material::{Look, Surface, ViewMaterial};
@@ -62,6 +65,8 @@ pub enum ViewSystems {
     First,
     /// New glands, instruments and exercises get what makes them visible.
     Dress,
+    /// Instruments are put where they are drawn.
+    Place,
     /// Cameras and moving parts follow the instrument.
     Follow,
     /// Empty: for systems that come after the views.
@@ -79,6 +84,7 @@ impl Plugin for ViewPlugin {
             (
                 ViewSystems::First,
                 ViewSystems::Dress,
+                ViewSystems::Place,
                 ViewSystems::Follow,
                 ViewSystems::Last,
             )
@@ -86,6 +92,7 @@ impl Plugin for ViewPlugin {
         );
         app.add_plugins((
             material::plugin,
+            between::plugin,
             blood::plugin,
             chips::plugin,
             sparks::plugin,

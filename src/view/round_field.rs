@@ -6,10 +6,11 @@ use bevy::{
     camera::visibility::{NoFrustumCulling, RenderLayers},
     prelude::*,
 };
-use resecta_instrument::{InstrumentState, Resectoscope};
+use resecta_instrument::Resectoscope;
 use resecta_scenario::ActiveExercise;
 
 use super::{
+    between::Drawn,
     ENDOSCOPE_LAYER, ViewSystems,
     cameras::{EndoscopeCamera, NEAR_MM},
     material::{Look, Surface, ViewMaterial},
@@ -80,12 +81,13 @@ fn add_mask(
 
 fn turn_mark(
     active: Option<Res<ActiveExercise>>,
-    instruments: Query<&InstrumentState, With<Resectoscope>>,
+    instruments: Query<Drawn>,
     mut marks: Query<&mut Transform, With<ClockMark>>,
 ) {
-    let Some(state) = active.and_then(|active| instruments.get(active.instrument).ok()) else {
+    let Some(instrument) = active.and_then(|active| instruments.get(active.instrument).ok()) else {
         return;
     };
+    let (_, state) = instrument.get();
     for mut mark in &mut marks {
         mark.rotation = Quat::from_rotation_z(state.roll_deg.to_radians());
     }

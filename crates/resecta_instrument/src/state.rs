@@ -68,6 +68,16 @@ impl InstrumentState {
         }
     }
 
+    /// A share (0 to 1) of the way to another state, whose pedals it has.
+    #[must_use]
+    pub fn towards(&self, other: &InstrumentState, share: f32) -> Self {
+        let mut between = *other;
+        for field in InstrumentField::ALL {
+            between.set(field, self.get(field).lerp(other.get(field), share));
+        }
+        between
+    }
+
     /// The first field that is NaN or infinite, with its value.
     pub fn first_not_finite(&self) -> Option<(InstrumentField, f32)> {
         InstrumentField::ALL
@@ -123,5 +133,30 @@ impl InstrumentField {
             InstrumentField::InflowTap => "inflow_tap",
             InstrumentField::OutflowTap => "outflow_tap",
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_state_between_two_has_the_pedals_of_the_later_one() {
+        let earlier = InstrumentState {
+            insertion_mm: 10.0,
+            roll_deg: -20.0,
+            outflow_tap: 1.0,
+            ..InstrumentState::default()
+        };
+        let later = InstrumentState {
+            insertion_mm: 14.0,
+            roll_deg: 20.0,
+            cut: true,
+            ..InstrumentState::default()
+        };
+        let between = earlier.towards(&later, 0.25);
+        assert_eq!((between.insertion_mm, between.roll_deg), (11.0, -10.0));
+        assert_eq!((between.outflow_tap, between.cut), (0.75, true));
+        assert_eq!(earlier.towards(&later, 1.0), later);
     }
 }

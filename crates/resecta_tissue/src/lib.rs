@@ -39,12 +39,13 @@
 //! | the surface that is touched and drawn, and what cuts changed of it | `skin.rs`, `change_log.rs` |
 //! | how far a point is from the surface | `probe.rs` |
 //! | how far a line is from the capsule | `capsule.rs` |
-//! | the visible mesh | `surface_mesh.rs`, `numbering.rs` |
+//! | the visible mesh | `surface_mesh.rs`, `numbering.rs`; between two steps: `between_steps.rs` |
 //!
 //! What is off costs nothing: [`TissueSettings`] switches collapse, collision and the mesh a tissue, and an app without
 //! `Assets<Mesh>` builds none. The crate gives [`Mesh3d`](bevy::prelude::Mesh3d) with vertex colours; the material is the
 //! app's.
 
+mod between_steps;
 mod capsule;
 mod change_log;
 mod collide;
@@ -63,6 +64,7 @@ mod surface_mesh;
 mod tool;
 mod write_back;
 
+pub use between_steps::DrawnBetweenSteps;
 pub use capsule::{Capsule, CapsuleDistance};
 pub use components::{Pentahedron, Spring, Tissue, TissueNode};
 pub use diagnostics::{TissueDiagnostics, TissueDiagnosticsPlugin};

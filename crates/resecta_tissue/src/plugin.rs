@@ -6,6 +6,7 @@ use bevy::{
 };
 
 use crate::{
+    between_steps::{self, DrawnBetweenSteps},
     collide::{self, StepTools},
     components::{Pentahedron, Spring, Tissue, TissueNode},
     cut::{self, ReportTotals},
@@ -88,6 +89,7 @@ impl Plugin for TissuePlugin {
             .register_type::<TissueProbe>()
             .register_type::<TissueColours>()
             .register_type::<TissueTint>()
+            .register_type::<DrawnBetweenSteps>()
             .register_type::<TissueDiagnostics>();
         app.configure_sets(
             self.schedule,
@@ -126,6 +128,12 @@ impl Plugin for TissuePlugin {
                     .run_if(surface_mesh::any_visible)
                     .in_set(TissueSystems::RebuildMesh),
             ),
+        );
+        app.add_systems(
+            RunFixedMainLoop,
+            between_steps::draw_between_steps
+                .run_if(between_steps::any)
+                .in_set(RunFixedMainLoopSystems::AfterFixedMainLoop),
         );
     }
 }

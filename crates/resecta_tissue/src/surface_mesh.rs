@@ -16,6 +16,7 @@ use resecta_anatomy::Zone;
 use resecta_solver::NodeKind;
 
 use crate::{
+    between_steps::{DrawnBetweenSteps, Fresh},
     change_log::ChangesSince,
     components::Tissue,
     diagnostics::{TissueDiagnostics, timed},
@@ -94,6 +95,7 @@ pub(crate) fn rebuild_meshes(
         Option<&mut SurfaceMesh>,
         Option<&Mesh3d>,
         Option<&mut Aabb>,
+        Option<&mut DrawnBetweenSteps>,
     )>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut commands: Commands,
@@ -101,7 +103,7 @@ pub(crate) fn rebuild_meshes(
 ) {
     let mut time = std::time::Duration::ZERO;
     timed(&mut time, || {
-        for (entity, mut tissue, settings, colours, tint, state, handle, aabb) in &mut tissues {
+        for (entity, mut tissue, settings, colours, tint, state, handle, aabb, mut between) in &mut tissues {
             if !settings.visible_mesh {
                 continue;
             }
@@ -129,16 +131,23 @@ pub(crate) fn rebuild_meshes(
             };
             let is_still = state.motion == Some(skin.motion_version());
             if state.topology == Some(skin.version()) && is_still && !recoloured {
+                if let Some(between) = &mut between {
+                    between.rest();
+                }
                 continue;
             }
             let Some(mut mesh) = meshes.get_mut(&handle.0) else {
                 continue;
             };
+            let mut fresh = Fresh::Some(Vec::new());
             if state.topology != Some(skin.version()) {
                 let changes = state.topology.and_then(|known| skin.changes_since(known));
                 match changes.filter(|_| !recoloured) {
-                    Some(changes) => state.renew(&skin, &changes, &paint, &mut mesh),
-                    None => state.rebuild(&skin, &paint, &mut mesh),
+                    Some(changes) => fresh = Fresh::Some(state.renew(&skin, &changes, &paint, &mut mesh)),
+                    None => {
+                        state.rebuild(&skin, &paint, &mut mesh);
+                        fresh = Fresh::All;
+                    }
                 }
                 diagnostics.meshes_rebuilt += 1;
             } else {
@@ -148,6 +157,9 @@ pub(crate) fn rebuild_meshes(
                 diagnostics.meshes_moved += 1;
             }
             state.write_positions(&skin, &mut mesh);
+            if let Some(between) = &mut between {
+                between.step(&mesh, &fresh);
+            }
             if let Some(mut aabb) = aabb {
                 *aabb = state.bound;
             }
@@ -171,8 +183,9 @@ impl SurfaceMesh {
         self.write_colours(skin, paint, mesh);
     }
 
-    /// Writes indices anew and colours where the skin changed, in place.
-    fn renew(&mut self, skin: &Skin, changes: &ChangesSince, paint: &Paint, mesh: &mut Mesh) {
+    /// Writes indices anew and colours where the skin changed, in place. Gives the numbers of the vertices that are other
+    /// than before.
+    fn renew(&mut self, skin: &Skin, changes: &ChangesSince, paint: &Paint, mesh: &mut Mesh) -> Vec<u32> {
         self.topology = Some(skin.version());
         let other = self.numbering.follow(skin, changes);
         let count = self.numbering.len();
@@ -187,12 +200,13 @@ impl SurfaceMesh {
         }
         if let Some(VertexAttributeValues::Float32x4(values)) = mesh.attribute_mut(Mesh::ATTRIBUTE_COLOR) {
             values.resize(count, [0.0; 4]);
-            for number in other {
+            for &number in &other {
                 if let Some(vertex) = self.numbering.vertex(number) {
                     values[number as usize] = paint.colour(skin, &self.zones, vertex);
                 }
             }
         }
+        other
     }
 
     fn write_colours(&self, skin: &Skin, paint: &Paint, mesh: &mut Mesh) {

@@ -2,6 +2,7 @@
 //!
 //! One binary, so that Bevy is linked once.
 
+mod between;
 mod collision;
 mod cost;
 mod cutting;
