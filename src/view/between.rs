@@ -16,7 +16,9 @@ use super::ViewSystems;
 pub fn plugin(app: &mut App) {
     app.add_systems(
         FixedUpdate,
-        remember.after(InstrumentSystems::Sample).before(InstrumentSystems::Apply),
+        remember
+            .after(InstrumentSystems::Sample)
+            .before(InstrumentSystems::Apply),
     )
     .add_systems(
         Update,
@@ -72,10 +74,7 @@ impl DrawnItem<'_, '_> {
 }
 
 /// Takes down where instruments are before they move; those that were just placed are already there.
-fn remember(
-    mut instruments: Query<(Entity, &InstrumentState, Option<&mut InstrumentDrawn>)>,
-    mut commands: Commands,
-) {
+fn remember(mut instruments: Query<(Entity, &InstrumentState, Option<&mut InstrumentDrawn>)>, mut commands: Commands) {
     for (instrument, state, drawn) in &mut instruments {
         match drawn {
             Some(mut drawn) => drawn.before = *state,

@@ -10,8 +10,8 @@ use resecta_chips::FloatingChip;
 use resecta_tissue::{Chip, SurfaceKind};
 
 use super::{
-    between::FrameShare,
     ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems,
+    between::FrameShare,
     material::{Look, ViewMaterial},
     palette,
 };

@@ -10,8 +10,8 @@ use resecta_instrument::Resectoscope;
 use resecta_scenario::ActiveExercise;
 
 use super::{
-    between::Drawn,
     ENDOSCOPE_LAYER, ViewSystems,
+    between::Drawn,
     cameras::{EndoscopeCamera, NEAR_MM},
     material::{Look, Surface, ViewMaterial},
     shapes::Shape,

@@ -46,10 +46,9 @@ impl DrawnBetweenSteps {
                 self.before.truncate(known);
                 self.before.extend_from_slice(&places[known..]);
                 for &number in fresh {
-                    if let (Some(before), Some(now)) = (
-                        self.before.get_mut(number as usize),
-                        self.now.get(number as usize),
-                    ) {
+                    if let (Some(before), Some(now)) =
+                        (self.before.get_mut(number as usize), self.now.get(number as usize))
+                    {
                         *before = *now;
                     }
                 }

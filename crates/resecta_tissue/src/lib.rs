@@ -34,7 +34,7 @@
 //! |---|---|
 //! | the order of a step | `plugin.rs` |
 //! | how edits reach the solver and results the components | `gather.rs`, `write_back.rs` |
-//! | how tools push | `collide/`: what is near in `collider.rs` and `patches.rs`, what becomes a contact in `contacts.rs` |
+//! | how tools push | `collide/`: what is near in `collider.rs` and `patches.rs`, what becomes a contact in `contacts.rs`, what keeps it still in `steady.rs` |
 //! | how loops cut, and how finely | `cut.rs`, `fine.rs` |
 //! | the surface that is touched and drawn, and what cuts changed of it | `skin.rs`, `change_log.rs` |
 //! | how far a point is from the surface | `probe.rs` |

@@ -121,6 +121,9 @@ pub(crate) fn rebuild_meshes(
                 let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default());
                 state.rebuild(&skin, &paint, &mut mesh);
                 state.write_positions(&skin, &mut mesh);
+                if let Some(between) = &mut between {
+                    between.step(&mesh, &Fresh::All);
+                }
                 let bound = state.bound;
                 let handle = Mesh3d(meshes.add(mesh));
                 commands

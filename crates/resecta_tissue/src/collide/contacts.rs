@@ -10,7 +10,7 @@ use super::{
     steady::Steady,
     surroundings::{Side, Surroundings, passes_through},
     sweep::PartSweep,
-    touch::Touch,
+    touch::{AT_REST_MM, Touch},
 };
 use crate::{skin::Skin, tool::ToolPartKind};
 
@@ -34,8 +34,7 @@ const POINT_DIP_MM: f32 = 0.25;
 /// one that turns by 60 degrees: pushed now here, now there it would turn to and fro.
 const KEEPS_MM: f32 = 0.5;
 
-/// A part thinner than this, mm of its radius, that lies in tissue stays there: moved past it by one face and back by
-/// another, the tissue would be thrown about.
+/// An arm is thinner than this, mm of its radius.
 const THIN_MM: f32 = 1.0;
 
 /// A point of a face with this weight at a corner is the corner.
@@ -107,8 +106,10 @@ impl PartSweep {
         (self.radius + MARGIN_MM + self.from.motion(&self.to)).max(DEPTH_LIMIT_MM)
     }
 
-    fn is_thin(&self) -> bool {
-        self.radius < THIN_MM
+    /// Whether tissue that it lies in is left as it is: an arm at rest is wrapped in flaps that strokes left, which one face would
+    /// move past it and another one back. A wire that dents tissue stays outside of it.
+    fn may_lie_in_tissue(&self) -> bool {
+        self.kind == ToolPartKind::Sheath && self.radius < THIN_MM && self.from.motion(&self.to) < AT_REST_MM
     }
 
     /// Whether faces with edges this long are so small that their corners stand for them.
@@ -156,7 +157,7 @@ impl Search<'_> {
             }
             candidates.add(self.face(&push.face, push.touch, !is_covered));
         }
-        let within = match part.is_thin() {
+        let within = match part.may_lie_in_tissue() {
             true => Vec::new(),
             false => surroundings.nearest_from_within(),
         };
@@ -288,7 +289,9 @@ impl<'a> Candidates<'a> {
 
     /// One for each face and corner, ordered by them.
     fn chosen(self) -> Vec<Candidate> {
-        let Candidates { mut at_nodes, inside, .. } = self;
+        let Candidates {
+            mut at_nodes, inside, ..
+        } = self;
         at_nodes.extend(inside.into_values());
         at_nodes.sort_by(|a, b| {
             a.held.cmp(&b.held).then_with(|| match a.held {
@@ -389,7 +392,7 @@ fn push(
     if passes_through(&closest) {
         // The axis passes through the face: tissue goes inward, out of its way.
         let was_through = || passes_through(&segment_triangle(part.from.a, part.from.b, face.corners));
-        return (!part.is_thin() || !was_through()).then(|| Push::inward(part, face, closest));
+        return (!part.may_lie_in_tissue() || !was_through()).then(|| Push::inward(part, face, closest));
     }
     if side >= 0.0 {
         return separated();

@@ -67,18 +67,15 @@ impl Steady {
 }
 
 /// The contact a share of the way from where one of the last pass was, that pushes by as much as it does.
-fn towards(
-    (point, normal): (TissuePoint, Vec3),
-    contact: &Contact,
-    share: f32,
-    tissue: &Tissue,
-) -> Option<Contact> {
+fn towards((point, normal): (TissuePoint, Vec3), contact: &Contact, share: f32, tissue: &Tissue) -> Option<Contact> {
     if normal.dot(contact.normal) < TURNED {
         return None;
     }
     let along = |point: &TissuePoint, normal: Vec3| -> f32 {
         let parts = point.parts();
-        parts.map(|(node, weight)| weight * tissue.position(node).dot(normal)).sum()
+        parts
+            .map(|(node, weight)| weight * tissue.position(node).dot(normal))
+            .sum()
     };
     let normal = normal.lerp(contact.normal, share).try_normalize()?;
     let point = point.towards(&contact.point, share)?;
@@ -98,7 +95,14 @@ mod tests {
     use resecta_solver::{Material, TissueMesh};
 
     fn prism() -> Tissue {
-        let corners = [[0., 0., 0.], [0., 1., 0.], [1., 0., 0.], [0., 0., 1.], [0., 1., 1.], [1., 0., 1.]];
+        let corners = [
+            [0., 0., 0.],
+            [0., 1., 0.],
+            [1., 0., 0.],
+            [0., 0., 1.],
+            [0., 1., 1.],
+            [1., 0., 1.],
+        ];
         let mesh = TissueMesh::from_pentahedra(corners.map(DVec3::from_array).to_vec(), vec![[0, 1, 2, 3, 4, 5]]);
         Tissue::new(&mesh, &Material::default()).expect("a prism is a tissue")
     }
@@ -106,7 +110,10 @@ mod tests {
     fn at(weights: [f32; 3], normal: Vec3, depth: f32) -> Contact {
         let point = TissuePoint::on_triangle([3, 4, 5], weights);
         let tissue = prism();
-        let now: f32 = point.parts().map(|(node, weight)| weight * tissue.position(node).dot(normal)).sum();
+        let now: f32 = point
+            .parts()
+            .map(|(node, weight)| weight * tissue.position(node).dot(normal))
+            .sum();
         Contact {
             point,
             normal,
@@ -131,7 +138,11 @@ mod tests {
             let between = towards((before.point, before.normal), &now, share, &tissue).expect("they are alike");
             assert!((depth(&between, &tissue) - 0.1).abs() < 1e-6);
             assert!((between.normal.dot(tilted) - 1.0).abs() < 1e-6 || share < 1.0);
-            let weight = between.point.parts().find(|(node, _)| *node == 3).map_or(0.0, |(_, weight)| weight);
+            let weight = between
+                .point
+                .parts()
+                .find(|(node, _)| *node == 3)
+                .map_or(0.0, |(_, weight)| weight);
             assert!((weight - (1.0 - share)).abs() < 1e-6, "{share}: {weight}");
         }
     }

@@ -8,10 +8,14 @@ use crate::{skin::Skin, tool::ToolPartKind};
 
 /// How fast tissue that a tool already overlaps is moved out of it, mm/s, on top of the tool's own motion. A tool that is
 /// put into tissue at once distends it in some steps instead of throwing it aside in one.
-const RECOVERY_MM_PER_S: f32 = 20.0;
-/// The same for tissue that surrounds a tool's axis and is to be moved past it: what holds it there may not let it go, and it
-/// comes back each step.
-const PASSING_MM_PER_S: f32 = 3.0;
+const RECOVERY_MM_PER_S: f32 = 60.0;
+/// The same for a tool at rest.
+const RECOVERY_AT_REST_MM_PER_S: f32 = 20.0;
+/// The same at rest for tissue that surrounds a tool's axis and is to be moved past it: what holds it there may not let it
+/// go, and it comes back each step.
+const PASSING_AT_REST_MM_PER_S: f32 = 3.0;
+/// A part that moves less than this in a pass is at rest, mm.
+pub const AT_REST_MM: f32 = 0.1;
 /// Below this distance the direction between two points is noise, mm.
 pub const NO_DIRECTION_MM: f32 = 1e-4;
 /// A face runs along a sheath if the cosine between its normal and the sheath's axis is below this (45 degrees).
@@ -105,8 +109,9 @@ impl Touch {
         // A round tip spreads tissue at most about as fast as it moves, until it is deep in it.
         let motion = start.distance(self.closest.on_segment);
         let recovery = match self.is_inward {
-            true => PASSING_MM_PER_S,
-            false => RECOVERY_MM_PER_S,
+            _ if motion >= AT_REST_MM => RECOVERY_MM_PER_S,
+            true => PASSING_AT_REST_MM_PER_S,
+            false => RECOVERY_AT_REST_MM_PER_S,
         };
         let offset_end = goal.min(offset_start + 2.0 * motion + recovery * pass_s);
         Contact {

@@ -36,7 +36,9 @@ fn scene(frame: f32) -> (App, [Entity; 2]) {
         let node = app.world().get::<Tissue>(tissue).unwrap().node_entity(780).unwrap();
         app.world_mut().get_mut::<TissueNode>(node).unwrap().load = Vec3::new(0.0, 0.0, 50_000.0);
     }
-    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f32(STEP_S * frame)));
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f32(
+        STEP_S * frame,
+    )));
     (app, [first, twin])
 }
 
@@ -58,7 +60,11 @@ fn a_frame_shows_the_tissue_as_far_between_the_last_two_steps_as_time_is() {
             let [.., before, now] = &steps[..] else { continue };
             let expected = before.iter().zip(now).map(|(before, now)| before.lerp(*now, share));
             assert_near(&positions(mesh(&app, first)), expected, &format!("frame {number}"));
-            moved = before.iter().zip(now).map(|(a, b)| a.distance(*b)).fold(moved, f32::max);
+            moved = before
+                .iter()
+                .zip(now)
+                .map(|(a, b)| a.distance(*b))
+                .fold(moved, f32::max);
         }
         assert!(moved > 0.01, "the block was to move, by {moved} mm");
     }
@@ -84,7 +90,10 @@ fn what_a_cut_made_is_drawn_where_it_is() {
         // Between where it was and where it is, or, where it was not, there.
         for (vertex, place) in drawn.iter().enumerate() {
             let far = before.get(vertex).map_or(0.0, |before| before.distance(now[vertex]));
-            assert!(place.distance(now[vertex]) < far + 1e-4, "vertex {vertex} in frame {number}");
+            assert!(
+                place.distance(now[vertex]) < far + 1e-4,
+                "vertex {vertex} in frame {number}"
+            );
         }
     }
 }
@@ -100,7 +109,11 @@ fn tissue_at_rest_is_drawn_where_it_rests() {
     for _ in 0..2000 {
         app.update();
         let drawn = positions(mesh(&app, first));
-        still = if drawn == positions(mesh(&app, twin)) { still + 1 } else { 0 };
+        still = if drawn == positions(mesh(&app, twin)) {
+            still + 1
+        } else {
+            0
+        };
         if still > 5 {
             return;
         }

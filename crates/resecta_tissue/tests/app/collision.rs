@@ -375,7 +375,12 @@ fn tissue_around_a_sheath_at_rest_comes_to_rest() {
     for alpha_deg in [22.5, 15.0, 9.0] {
         for tilt_deg in [0.0, 6.0, 12.0] {
             let restless = restless(alpha_deg, tilt_deg);
-            println!("{alpha_deg} {tilt_deg}: {restless}");
+            // Held at the nearest point of each step they are 66 to 356.
+            let most = if tilt_deg == 0.0 { 0.0 } else { 50.0 };
+            assert!(
+                restless <= most,
+                "{restless} nodes at {alpha_deg} degrees, tilted by {tilt_deg}"
+            );
         }
     }
 }

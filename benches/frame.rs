@@ -1,0 +1,193 @@
+//! What a frame of the game costs but for the graphics adapter: `cargo bench --workspace --bench frame`.
+//!
+//! The full operation on a gland of some 10,800 nodes, one fixed step a frame, on one thread: instrument, tissue, blood,
+//! water, chips, metrics, the views' own systems and the visible mesh; neither egui nor what Bevy's renderer does. A script cuts
+//! three strokes in one line and looks at them. The first row has every model on; each of the others leaves one out.
+//! Prints a table in Markdown, in ms. Rows are run in turn, several times, and the quietest run of each counts: compare within
+//! one run only.
+
+use std::time::{Duration, Instant};
+
+use bevy::{
+    ecs::schedule::SingleThreadedExecutor,
+    log::{Level, LogPlugin},
+    prelude::*,
+    render::{RenderPlugin, settings::WgpuSettings},
+    winit::WinitPlugin,
+};
+use resecta::{
+    ResectaPlugins, assets, headless,
+    instrument::{InstrumentScript, InstrumentSource},
+    prelude::*,
+    scenario::{LoadedExercise, RunState},
+    view::{ViewPlugin, endoscope_camera},
+};
+
+const EXERCISE: &str = "full_operation";
+const ALPHA_DEG: f64 = 7.9;
+const SCRIPT: &str = include_str!("../docs/cuts/trench.ron");
+/// Frames until the sheath is in place.
+const WARM_UP: usize = 60;
+/// Runs of each row.
+const ROUNDS: usize = 3;
+
+/// What a row leaves out.
+struct Row {
+    name: &'static str,
+    change: fn(&mut LoadedExercise),
+    has_view: bool,
+}
+
+const ROWS: [Row; 9] = [
+    row("every model", |_| {}),
+    row("without collapse", |loaded| loaded.exercise.models.collapse = None),
+    row("cut by whole elements", |loaded| {
+        loaded.exercise.models.detail = CutDetail::Elements;
+    }),
+    row("without blood and water", |loaded| loaded.exercise.models.water = None),
+    row("without bleeding", |loaded| {
+        water(loaded, |water| water.bleeding = None);
+    }),
+    row("without turbidity", |loaded| {
+        water(loaded, |water| water.turbidity = None);
+    }),
+    row("without absorption", |loaded| {
+        water(loaded, |water| water.absorption = None);
+    }),
+    row("without floating chips", |loaded| loaded.exercise.models.chips = None),
+    Row {
+        has_view: false,
+        ..row("without the views", |_| {})
+    },
+];
+
+const fn row(name: &'static str, change: fn(&mut LoadedExercise)) -> Row {
+    Row {
+        name,
+        change,
+        has_view: true,
+    }
+}
+
+fn water(loaded: &mut LoadedExercise, change: impl Fn(&mut resecta::scenario::Water)) {
+    loaded.exercise.models.water.iter_mut().for_each(change);
+}
+
+/// Times of the frames of one run.
+#[derive(Clone)]
+struct Run {
+    frames: Vec<Duration>,
+    tissue: Vec<Duration>,
+    nodes: usize,
+}
+
+fn main() {
+    let mut best: Vec<Option<Run>> = ROWS.iter().map(|_| None).collect();
+    for _ in 0..ROUNDS {
+        for (row, best) in ROWS.iter().zip(&mut best) {
+            let run = play(row);
+            if best
+                .as_ref()
+                .is_none_or(|best| share(&run.frames, 0.5) < share(&best.frames, 0.5))
+            {
+                *best = Some(run);
+            }
+        }
+    }
+    println!(
+        "\n| {} nodes | median | 99 % | longest | tissue alone, median |",
+        nodes(&best)
+    );
+    println!("|---|---|---|---|---|");
+    for (row, run) in ROWS.iter().zip(best.into_iter().flatten()) {
+        let ms = |times: &[Duration], at: f64| 1e3 * share(times, at).as_secs_f64();
+        println!(
+            "| {} | {:.2} | {:.2} | {:.2} | {:.2} |",
+            row.name,
+            ms(&run.frames, 0.5),
+            ms(&run.frames, 0.99),
+            ms(&run.frames, 1.0),
+            ms(&run.tissue, 0.5),
+        );
+    }
+}
+
+fn nodes(runs: &[Option<Run>]) -> usize {
+    runs.iter().flatten().map(|run| run.nodes).max().unwrap_or(0)
+}
+
+/// The time that a share of the frames do not exceed.
+fn share(times: &[Duration], share: f64) -> Duration {
+    let mut times = times.to_vec();
+    times.sort_unstable();
+    let last = times.len().saturating_sub(1);
+    times.get((share * last as f64) as usize).copied().unwrap_or_default()
+}
+
+fn play(row: &Row) -> Run {
+    let library = resecta::scenario::Library::new(assets::find().expect("the assets are here"));
+    let mut loaded = library.load(EXERCISE).expect("the exercise is shipped");
+    loaded.exercise.alpha_deg = ALPHA_DEG;
+    (row.change)(&mut loaded);
+    let prepared = loaded.prepare().expect("the gland can be built");
+    let script = InstrumentScript::from_ron(SCRIPT, "trench.ron".as_ref(), &prepared.resectoscope.limits);
+
+    let mut app = App::new();
+    let one_thread = bevy::app::TaskPoolPlugin {
+        task_pool_options: TaskPoolOptions::with_num_threads(1),
+    };
+    // Everything of a window's app but the window and an adapter.
+    let plugins = DefaultPlugins
+        .set(one_thread)
+        .set(WindowPlugin {
+            primary_window: None,
+            exit_condition: bevy::window::ExitCondition::DontExit,
+            ..default()
+        })
+        .set(RenderPlugin {
+            render_creation: WgpuSettings {
+                backends: None,
+                ..default()
+            }
+            .into(),
+            ..default()
+        })
+        .set(LogPlugin {
+            level: Level::ERROR,
+            ..default()
+        })
+        .disable::<WinitPlugin>();
+    app.add_plugins((plugins, ResectaPlugins));
+    if row.has_view {
+        app.add_plugins(ViewPlugin);
+        app.world_mut().spawn(endoscope_camera());
+    }
+    for (_, schedule) in app.world_mut().resource_mut::<Schedules>().iter_mut() {
+        schedule.set_executor(SingleThreadedExecutor::new());
+    }
+    app.insert_resource(headless::one_step_an_update());
+    headless::start(
+        &mut app,
+        prepared,
+        InstrumentSource::Script(script.expect("the script is sound")),
+    );
+
+    let mut run = Run {
+        frames: Vec::new(),
+        tissue: Vec::new(),
+        nodes: 0,
+    };
+    app.finish();
+    app.cleanup();
+    while app.world().resource::<RunState>() == &RunState::Running {
+        let begun = Instant::now();
+        app.update();
+        run.frames.push(begun.elapsed());
+        let tissue = app.world().resource::<TissueDiagnostics>();
+        run.tissue.push(tissue.step());
+        run.nodes = run.nodes.max(tissue.nodes);
+    }
+    run.frames.drain(..WARM_UP);
+    run.tissue.drain(..WARM_UP);
+    run
+}
