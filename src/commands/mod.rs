@@ -3,6 +3,7 @@
 mod accuracy;
 mod failure;
 mod files;
+mod gallery;
 mod generate;
 mod import;
 mod mesh;
@@ -52,6 +53,7 @@ enum Command {
     Rates(rates::Rates),
     Solve(solve::Solve),
     Accuracy(accuracy::Accuracy),
+    Gallery(gallery::Gallery),
 }
 
 impl Cli {
@@ -65,6 +67,7 @@ impl Cli {
             Some(Command::Rates(rates)) => rates.run(),
             Some(Command::Solve(solve)) => solve.run(),
             Some(Command::Accuracy(accuracy)) => accuracy.run(),
+            Some(Command::Gallery(gallery)) => gallery.run(),
             None => self.game.run(),
         }
     }

@@ -16,6 +16,7 @@
 //! | sizes, buttons, the keyboard's focus | `menu.rs` |
 //! | pictures of key moments | `moments.rs` |
 //! | how fast it runs | `pace.rs` |
+//! | pictures of all of it | `gallery/` |
 //! | the player's settings, their file and their page | `settings/` |
 //! | what is heard | `sound/` |
 //! | what is shown and felt at the end of the instrument's way | `stops.rs` |
@@ -25,6 +26,7 @@ mod choose;
 mod debrief;
 mod display;
 mod flow;
+mod gallery;
 mod guidance;
 mod history;
 mod layout;
@@ -40,6 +42,8 @@ mod sound;
 mod stops;
 mod title;
 mod tutorial;
+
+use std::{path::PathBuf, sync::Mutex};
 
 use bevy::{
     log::LogPlugin,
@@ -59,6 +63,7 @@ use crate::{
 
 pub use display::NoDisplay;
 pub use flow::{GameFlow, Phase};
+pub use gallery::GalleryError;
 pub use layout::ViewLayout;
 pub use settings::{KeptSettings, Settings, SettingsError, SettingsFile, SettingsPage, SettingsPlugin, SoundSettings};
 pub use sound::{SoundDevice, SoundOutput};
@@ -85,6 +90,17 @@ pub enum GameError {
     /// The exercise is at fault.
     #[error(transparent)]
     Exercise(#[from] ExerciseError),
+    /// A picture of the gallery is missing.
+    #[error(transparent)]
+    Gallery(#[from] GalleryError),
+}
+
+/// Whose settings and scores the game has.
+enum Player {
+    /// Those of the user.
+    User,
+    /// None: the defaults, and nothing is kept.
+    Nobody,
 }
 
 /// Opens the game and returns when its window is closed.
@@ -92,6 +108,31 @@ pub enum GameError {
 /// # Errors
 /// [`GameError`]: no display, no graphics adapter, no such exercise. Nothing was opened then.
 pub fn run(options: GameOptions) -> Result<(), GameError> {
+    open(options, Player::User)?.run();
+    Ok(())
+}
+
+/// Opens the game, draws pictures of all its screens and states into a folder, one of each size, and closes it. Returns the files.
+///
+/// # Errors
+/// [`GameError`]: as of [`run`], or a picture could not be made.
+pub fn gallery(folder: PathBuf) -> Result<Vec<PathBuf>, GameError> {
+    let outcome = gallery::Outcome::new(Mutex::new(Ok(Vec::new())));
+    let mut app = open(GameOptions::default(), Player::Nobody)?;
+    app.add_plugins(gallery::GalleryPlugin {
+        folder,
+        outcome: outcome.clone(),
+    });
+    app.run();
+    let written = outcome.lock().map_or_else(
+        |_| Ok(Vec::new()),
+        |mut outcome| std::mem::replace(&mut *outcome, Ok(Vec::new())),
+    );
+    Ok(written?)
+}
+
+/// The game, ready to run.
+fn open(options: GameOptions, player: Player) -> Result<App, GameError> {
     display::check()?;
     adapter_available()?;
     let library = Library::new(assets::find()?);
@@ -138,12 +179,18 @@ pub fn run(options: GameOptions) -> Result<(), GameError> {
             sound::plugin,
             guidance::plugin,
             SettingsPlugin {
-                file: SettingsFile::of_user(),
+                file: match player {
+                    Player::User => SettingsFile::of_user(),
+                    Player::Nobody => None,
+                },
             },
         ),
     ));
     app.init_resource::<DrawBetweenSteps>();
-    app.init_resource::<RunLog>().insert_resource(history::History::load());
+    app.init_resource::<RunLog>().insert_resource(match player {
+        Player::User => history::History::load(),
+        Player::Nobody => history::History::default(),
+    });
     // Keyboard and mouse are the menu's until play begins.
     app.world_mut().resource_mut::<LiveInput>().captured = false;
     match (chosen, prepared) {
@@ -160,6 +207,5 @@ pub fn run(options: GameOptions) -> Result<(), GameError> {
         }
     }
     app.insert_resource(catalogue);
-    app.run();
-    Ok(())
+    Ok(app)
 }

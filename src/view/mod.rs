@@ -45,6 +45,7 @@ pub use between::DrawBetweenSteps;
 pub use cameras::{EndoscopeCamera, OutsideCamera, endoscope_camera, outside_camera};
 pub(crate) use instrument::BEAK_MM;
 pub use material::{Look, Surface, ViewMaterial};
+pub(crate) use pictures::save_picture;
 pub use pictures::{PICTURE_SIZE, PictureError, Pictures, PicturesPlugin, finish_pictures};
 pub use surroundings::Landmark;
 

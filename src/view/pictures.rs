@@ -207,7 +207,7 @@ impl Pictures {
             commands.spawn(Screenshot::image(target.clone())).observe(
                 move |captured: On<ScreenshotCaptured>, mut pictures: ResMut<Pictures>| {
                     pictures.pending -= 1;
-                    match write(&captured.image, &file) {
+                    match save_picture(&captured.image, &file) {
                         Ok(()) => pictures.written.push(file.clone()),
                         Err(error) => pictures.failed.push(error),
                     }
@@ -318,7 +318,11 @@ fn stop_clock(app: &mut App) -> TimeUpdateStrategy {
     strategy
 }
 
-fn write(image: &Image, file: &Path) -> Result<(), PictureError> {
+/// Writes a picture that was read back from the adapter, and its folder if there is none.
+///
+/// # Errors
+/// [`PictureError::Write`].
+pub(crate) fn save_picture(image: &Image, file: &Path) -> Result<(), PictureError> {
     let failed = |reason: String| PictureError::Write {
         file: file.to_path_buf(),
         reason,
