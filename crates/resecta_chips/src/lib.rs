@@ -22,6 +22,10 @@
 //!
 //! Walls are as coarse as a chip needs them: the bladder is a sphere of triangles, the sheath a capsule, and tissue is what a probe at the
 //! chip's centre tells, which pushes it out softly, for tissue gives way and is not moved by chips. The loop meets no chip.
+//!
+//! A chip that moves costs some 5 to 7 µs a step on one core (`benches/chips.rs`), one that rests 0.05 µs. With that go these
+//! errors: a chip sinks at the velocity of the law to a few millionths; chips that lie on each other overlap by 0.03 mm on
+//! average, and in a heap of 100 nowhere by more than 0.6 mm.
 
 mod body;
 mod drag;
