@@ -1,7 +1,10 @@
 //! A chip as a rigid body: what it weighs, how it turns, its convex hull.
 
-use bevy::math::{DVec3, Isometry3d, Mat3, Quat, Vec3};
+use std::sync::Arc;
+
+use bevy::math::{DVec3, Isometry3d, Mat3, Vec3};
 use parry3d::{math::Pose, shape::ConvexPolyhedron};
+use rapier3d::dynamics::RigidBodyHandle;
 use resecta_tissue::Chip;
 
 use crate::{
@@ -24,7 +27,7 @@ pub struct Body {
     /// What it is to the water.
     pub float: Float,
     /// Its hull about its centre.
-    pub hull: ConvexPolyhedron,
+    pub hull: Arc<ConvexPolyhedron>,
     /// Largest distance of the hull from the centre, mm.
     pub reach: f32,
     /// Least distance of the hull's faces from the centre, mm: half its thickness.
@@ -35,21 +38,22 @@ pub struct Body {
     pub velocity: Vec3,
     /// rad/s.
     pub turn: Vec3,
-    /// 1 over the mass that moves, 1/g.
-    pub inverse_mass: f32,
-    /// Inertia about the centre, body axes, g mm², and its inverse.
+    /// Mass that moves, its own and the water's, g.
+    pub moved_mass: f32,
+    /// Inertia about the centre, body axes, g mm².
     pub inertia: Mat3,
-    inverse_inertia: Mat3,
-    /// The same, world axes; made anew as it turns.
-    pub inverse_inertia_now: Mat3,
-    /// Steps in which it has hardly moved from there.
-    pub still_steps: u32,
-    /// Where it was when they began.
-    pub still_at: Pose,
     /// Whether it rests and is not moved.
     pub asleep: bool,
     /// Why it is kept where it is, if it is.
     pub held: Option<HeldReason>,
+    /// Whether it lies fast, held or asleep, and nothing moves it.
+    pub(crate) fast: bool,
+    /// How long it has hardly moved, or lain fast, s.
+    pub(crate) still_s: f32,
+    /// Velocity that tissue lent it in this step, mm/s: it is not kept.
+    pub(crate) lent: Vec3,
+    /// What rapier knows it by.
+    pub(crate) handle: RigidBodyHandle,
 }
 
 impl Body {
@@ -76,27 +80,27 @@ impl Body {
         let inertia = (chip.inertia * density_g_per_mm3).as_mat3();
         let is_sound = inertia.is_finite() && (0..3).all(|axis| inertia.col(axis)[axis] >= 0.0);
         let inertia = if is_sound { inertia } else { Mat3::ZERO } + Mat3::IDENTITY * least;
-        let inverse_inertia = inertia.inverse();
+        let moved_mass = water.moved_mass(&float);
         let body = Self {
             id,
             mass_g,
             float,
-            hull,
+            hull: Arc::new(hull),
             reach,
             core,
             pose: Pose::from_translation(centre),
             velocity: Vec3::ZERO,
             turn: Vec3::ZERO,
-            inverse_mass: 1.0 / water.moved_mass(&float),
+            moved_mass,
             inertia,
-            inverse_inertia,
-            inverse_inertia_now: inverse_inertia,
-            still_steps: 0,
-            still_at: Pose::from_translation(centre),
             asleep: false,
             held: None,
+            fast: false,
+            still_s: 0.0,
+            lent: Vec3::ZERO,
+            handle: RigidBodyHandle::invalid(),
         };
-        (body.inverse_mass.is_finite() && inverse_inertia.is_finite()).then_some(body)
+        (moved_mass.recip().is_finite() && inertia.inverse().is_finite()).then_some(body)
     }
 
     /// Centre, mm.
@@ -114,39 +118,14 @@ impl Body {
         !self.asleep && self.held.is_none()
     }
 
-    /// Lets it move again.
-    pub fn wake(&mut self) {
-        self.asleep = false;
-        self.still_steps = 0;
-    }
-
     /// The hull's corners, mm.
     pub fn corners(&self) -> impl Iterator<Item = Vec3> {
         self.hull.points().iter().map(|&point| self.pose * point)
     }
 
-    /// Velocity of a point of it, given from its centre.
-    pub fn velocity_at(&self, arm: Vec3) -> Vec3 {
-        self.velocity + self.turn.cross(arm)
-    }
-
-    /// Brings the inertia to where it has turned.
-    pub fn turn_inertia(&mut self) {
-        let rotation = Mat3::from_quat(self.pose.rotation);
-        self.inverse_inertia_now = rotation * self.inverse_inertia * rotation.transpose();
-    }
-
-    /// Moves it at these velocities. Returns whether that made sense; if not, it stays.
-    pub fn advance(&mut self, velocity: Vec3, turn: Vec3, seconds: f32) -> bool {
-        let pose = Pose::from_parts(
-            self.pose.translation + velocity * seconds,
-            (Quat::from_scaled_axis(turn * seconds) * self.pose.rotation).normalize(),
-        );
-        let is_sound = pose.is_finite();
-        if is_sound {
-            self.pose = pose;
-        }
-        is_sound
+    /// The fastest that a point of it moves, mm/s.
+    pub fn speed(&self) -> f32 {
+        self.velocity.length() + self.turn.length() * self.reach
     }
 }
 

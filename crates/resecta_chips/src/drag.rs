@@ -84,9 +84,8 @@ impl Water {
         (velocity + gained * seconds) / (1.0 + rate * seconds)
     }
 
-    /// What is left of a turn after a step, as a share.
-    pub fn turn_left(&self, float: &Float, inertia: f32, seconds: f32) -> f32 {
-        let resistance = self.drag_of_sphere * PI * self.viscosity * float.diameter().powi(3);
-        1.0 / (1.0 + resistance / inertia * seconds)
+    /// How fast water stops a turn, 1/s, of a chip with this inertia, g mm².
+    pub fn turn_rate(&self, float: &Float, inertia: f32) -> f32 {
+        self.drag_of_sphere * PI * self.viscosity * float.diameter().powi(3) / inertia
     }
 }

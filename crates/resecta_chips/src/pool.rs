@@ -1,4 +1,4 @@
-//! All chips in the water: their step, who rests, who leaves, and the books of their mass.
+//! All chips in the water: their step, who leaves, and the books of their mass.
 
 use std::sync::Arc;
 
@@ -7,32 +7,25 @@ use resecta_tissue::Chip;
 
 use crate::{
     body::Body,
-    contact::{self, Contact},
     drag::Water,
     flow::Flow,
     settings::{ChipError, ChipSettings},
     walls::{Cavity, Sheath, TissueNear},
+    world::World,
 };
 
-/// A chip of which no point has come further than this, mm, in that many steps, rests.
-const REST_MM: f32 = 0.4;
-const REST_STEPS: u32 = 40;
-/// A chip that rests is moved by one that touches it faster than this, mm/s.
-const WAKE_MM_PER_S: f32 = 12.0;
-/// And by a stream whose drag is this share of its weight in water.
-const WAKE_SHARE: f32 = 0.3;
 /// Tissue gives way: an overlap is undone in this time, s, and no faster than that, mm/s.
 const TISSUE_S: f32 = 0.12;
 const TISSUE_MM_PER_S: f32 = 40.0;
 /// The middle of a chip stays so far out of tissue, mm; half the width of a lumen that nothing holds open.
 const TISSUE_MM: f32 = 1.0;
-/// How far a chip that left is looked at for others that lay on it, mm.
-const NEXT_MM: f32 = 1.0;
+/// A chip of which every point is slower than this hardly moves, mm/s.
+const STILL_MM_PER_S: f32 = 3.0;
 
 /// Why a chip is kept where it is.
 #[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HeldReason {
-    /// More chips move than [`ChipSettings::most`]: the oldest lie still until others have gone.
+    /// More chips move than [`ChipSettings::most`]: the oldest lie still until others rest or have gone.
     TooMany,
     /// A number of its motion was not finite.
     Motion,
@@ -70,13 +63,15 @@ pub struct Surroundings {
 }
 
 /// The chips of one bladder. Knows nothing of Bevy but its vectors.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Pool {
-    settings: ChipSettings,
-    water: Water,
-    cavity: Cavity,
+    pub(crate) settings: ChipSettings,
+    pub(crate) water: Water,
+    pub(crate) cavity: Cavity,
     density_g_per_mm3: f64,
-    bodies: Vec<Body>,
+    /// Rapier's bodies and these have the same motion after each step.
+    pub(crate) bodies: Vec<Body>,
+    pub(crate) world: World,
     next_id: u64,
     told_g: f64,
     shreds_g: f64,
@@ -104,6 +99,7 @@ impl Pool {
                 viscosity: (settings.water_viscosity_mpa_s * 1e-3) as f32,
                 drag_of_sphere: settings.drag_of_sphere as f32,
             },
+            world: World::new(&cavity),
             cavity,
             density_g_per_mm3,
             bodies: Vec::new(),
@@ -158,13 +154,17 @@ impl Pool {
         let body = (chip.rest_volume_mm3 >= self.settings.least_mm3)
             .then(|| Body::new(self.next_id, chip, self.density_g_per_mm3, &self.water))
             .flatten();
-        let Some(body) = body else {
+        let Some(mut body) = body else {
             self.shreds_g += mass_g;
             return None;
         };
         self.next_id += 1;
+        let inertia = body.inertia.diagonal().element_sum() / 3.0;
+        let turn_rate = self.water.turn_rate(&body.float, inertia);
+        body.handle = self.world.insert(&body, turn_rate);
+        let id = body.id;
         self.bodies.push(body);
-        self.bodies.last().map(|body| body.id)
+        Some(id)
     }
 
     /// A step. `near` tells what tissue is at the middle of a chip, by its index.
@@ -182,10 +182,12 @@ impl Pool {
         if self.bodies.is_empty() {
             return happened;
         }
-        self.wake_by_stream(&surroundings.flow);
+        self.wake(surroundings);
+        self.world.place_sheath(surroundings.sheath.as_ref());
+        self.push(seconds, &surroundings.flow, near, &mut happened);
+        self.world.step(seconds);
+        self.follow(seconds, &mut happened);
         self.keep_to_most(&mut happened);
-        self.advance(seconds, surroundings, near, &mut happened);
-        self.rest();
         self.flush(&surroundings.flow, &mut happened);
         happened
     }
@@ -199,109 +201,70 @@ impl Pool {
         }
     }
 
-    fn wake_by_stream(&mut self, flow: &Flow) {
-        if flow.mouth.is_none() {
-            return;
-        }
-        for body in self.bodies.iter_mut().filter(|body| body.asleep) {
-            let speed = flow.at(body.place(), &self.cavity.channel).length();
-            let drag = self.water.resistance(&body.float, speed) * speed;
-            if drag > WAKE_SHARE * self.water.weight(&body.float).abs() {
-                body.wake();
-            }
-        }
-    }
-
-    /// Holds the oldest of too many, and lets the youngest go when there is room.
-    fn keep_to_most(&mut self, happened: &mut Happened) {
-        let most = self.settings.most as usize;
-        let mut moving = self.bodies.iter().filter(|body| body.moves()).count();
-        for body in self.bodies.iter_mut().filter(|body| body.moves()) {
-            if moving <= most {
-                break;
-            }
-            body.held = Some(HeldReason::TooMany);
-            (body.velocity, body.turn) = (Vec3::ZERO, Vec3::ZERO);
-            happened.held.push((body.id, HeldReason::TooMany));
-            moving -= 1;
-        }
-        let held = |body: &&mut Body| body.held == Some(HeldReason::TooMany);
-        if moving < most
-            && let Some(body) = self.bodies.iter_mut().rev().find(held)
-            && happened.held.is_empty()
-        {
-            body.held = None;
-            body.wake();
-        }
-    }
-
-    fn advance(
-        &mut self,
-        seconds: f32,
-        surroundings: &Surroundings,
-        near: impl Fn(usize) -> Option<TissueNear>,
-        happened: &mut Happened,
-    ) {
-        let Self {
-            bodies, water, cavity, ..
-        } = self;
-        for (index, body) in bodies.iter_mut().enumerate().filter(|(_, body)| body.moves()) {
-            let flow = surroundings.flow.at(body.place(), &cavity.channel);
-            body.velocity = water.velocity(&body.float, body.velocity, flow, seconds);
-            let inertia = body.inertia.x_axis.x + body.inertia.y_axis.y + body.inertia.z_axis.z;
-            body.turn *= water.turn_left(&body.float, inertia / 3.0, seconds);
-            if let Some(tissue) = near(index) {
-                give_way(body, &tissue, seconds);
-            }
-        }
-
-        let mut contacts: Vec<Contact> = Vec::new();
-        contact::between(bodies, seconds, &mut contacts);
-        contact::with_wall(bodies, cavity, seconds, &mut contacts);
-        if let Some(sheath) = &surroundings.sheath {
-            contact::with_sheath(bodies, sheath, seconds, &mut contacts);
-        }
-        let fast: Vec<usize> = (contacts.iter())
-            .filter(|contact| contact.relative_speed(bodies) > WAKE_MM_PER_S)
-            .flat_map(|contact| [Some(contact.body), contact.other])
-            .flatten()
-            .collect();
-        for index in fast {
-            if bodies[index].asleep {
-                bodies[index].wake();
-            }
-        }
-
-        let undoing = contact::resolve(bodies, &mut contacts, seconds);
-        for (body, [velocity, turn]) in bodies.iter_mut().zip(undoing) {
+    /// Lets water, weight and tissue act on what moves.
+    fn push(&mut self, seconds: f32, flow: &Flow, near: impl Fn(usize) -> Option<TissueNear>, happened: &mut Happened) {
+        for (index, body) in self.bodies.iter_mut().enumerate() {
             if !body.moves() {
                 continue;
             }
-            if !body.advance(body.velocity + velocity, body.turn + turn, seconds) {
-                (body.velocity, body.turn) = (Vec3::ZERO, Vec3::ZERO);
-                body.held = Some(HeldReason::Motion);
-                happened.held.push((body.id, HeldReason::Motion));
-                continue;
+            let flow = flow.at(body.place(), &self.cavity.channel);
+            let mut velocity = self.water.velocity(&body.float, body.velocity, flow, seconds);
+            body.lent = Vec3::ZERO;
+            if let Some(tissue) = near(index).filter(|tissue| tissue.out.is_finite() && tissue.distance.is_finite()) {
+                (velocity, body.lent) = give_way(body.core, velocity, &tissue, seconds);
             }
-            if let Some(inside) = cavity.back_inside(body.place()) {
-                let inward = (inside - body.place()).normalize_or_zero();
-                body.velocity -= inward * body.velocity.dot(inward).min(0.0);
-                body.pose.translation = inside;
+            // The gland's outline is no wall of rapier's: nothing is sent through it.
+            let next = body.place() + (velocity + body.lent) * seconds;
+            if !self.cavity.has_wall_at(next)
+                && let Some(inside) = self.cavity.back_inside(next)
+            {
+                let fastest = velocity.length() + body.lent.length();
+                velocity = ((inside - body.place()) / seconds).clamp_length_max(fastest);
+                body.lent = Vec3::ZERO;
+            }
+            if velocity.is_finite() {
+                self.world.bring_to(body, velocity + body.lent, seconds);
+            } else {
+                put_aside(body, &mut self.world, happened);
             }
         }
     }
 
-    fn rest(&mut self) {
-        for body in self.bodies.iter_mut().filter(|body| body.moves()) {
-            let turned = body.pose.rotation.angle_between(body.still_at.rotation);
-            if body.place().distance(body.still_at.translation) + turned * body.reach > REST_MM {
-                (body.still_at, body.still_steps) = (body.pose, 0);
+    /// Takes over what rapier has moved.
+    fn follow(&mut self, seconds: f32, happened: &mut Happened) {
+        let Self {
+            bodies, world, cavity, ..
+        } = self;
+        for body in bodies.iter_mut() {
+            if body.fast {
+                body.still_s += seconds;
+                continue;
             }
-            body.still_steps += 1;
-            if body.still_steps >= REST_STEPS {
-                body.asleep = true;
-                (body.velocity, body.turn) = (Vec3::ZERO, Vec3::ZERO);
+            if world.is_broken(body.handle) {
+                put_aside(body, world, happened);
+                continue;
             }
+            let Some(motion) = world.motion(body.handle) else {
+                continue;
+            };
+            body.pose = motion.pose;
+            body.asleep = motion.asleep;
+            body.turn = motion.turn;
+            // What tissue lent is given back, as far as nothing has taken it.
+            let along = body.lent.normalize_or_zero();
+            let lent = motion.velocity.dot(along).clamp(0.0, body.lent.length());
+            body.velocity = motion.velocity - along * lent;
+            body.lent = Vec3::ZERO;
+            if body.moves()
+                && let Some(inside) = cavity.back_inside(body.place())
+            {
+                let inward = (inside - body.place()).normalize_or_zero();
+                body.velocity -= inward * body.velocity.dot(inward).min(0.0);
+                body.pose.translation = inside;
+                world.put(body.handle, inside, body.velocity);
+            }
+            let is_still = body.asleep || body.speed() < STILL_MM_PER_S;
+            body.still_s = if is_still { body.still_s + seconds } else { 0.0 };
         }
     }
 
@@ -313,30 +276,32 @@ impl Pool {
             let ahead = mouth.forward.dot(from_mouth);
             ahead < spare && ahead > -mouth.radius && from_mouth.length() < mouth.radius + spare
         };
-        let (mut gone, mut stay) = (Vec::new(), Vec::new());
-        for body in self.bodies.drain(..) {
-            let has_come = is_in(body.place(), body.core + 1.0) || body.corners().any(|corner| is_in(corner, 0.5));
-            if has_come { gone.push(body) } else { stay.push(body) }
-        }
-        self.bodies = stay;
-        for left in gone {
-            self.flushed_g += left.mass_g;
-            happened.flushed.push(left.id);
-            for body in self.bodies.iter_mut().filter(|body| body.asleep) {
-                if body.place().distance(left.place()) < body.reach + left.reach + NEXT_MM {
-                    body.wake();
-                }
-            }
+        let has_come =
+            |body: &Body| is_in(body.place(), body.core + 1.0) || body.corners().any(|corner| is_in(corner, 0.5));
+        for gone in self.bodies.extract_if(.., |body| has_come(body)) {
+            self.flushed_g += gone.mass_g;
+            happened.flushed.push(gone.id);
+            self.world.remove(gone.handle);
         }
     }
 }
 
-/// Lets tissue push a chip out, softly: it is the tissue that gives way, and lets through what a stream pushes.
-fn give_way(body: &mut Body, tissue: &TissueNear, seconds: f32) {
-    let overlap = body.core.min(TISSUE_MM) - tissue.distance;
-    if overlap <= 0.0 || !tissue.out.is_finite() {
-        return;
-    }
-    body.velocity -= tissue.out * body.velocity.dot(tissue.out).min(0.0);
-    body.pose.translation += tissue.out * ((overlap / TISSUE_S).min(TISSUE_MM_PER_S) * seconds);
+/// Keeps a body of which a number is not finite where it was.
+fn put_aside(body: &mut Body, world: &mut World, happened: &mut Happened) {
+    world.put_aside(body.handle);
+    (body.velocity, body.turn, body.lent) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
+    body.fast = true;
+    body.held = Some(HeldReason::Motion);
+    happened.held.push((body.id, HeldReason::Motion));
+}
+
+/// Lets tissue hold a chip off and push it out, softly: it is the tissue that gives way, and lets through what a stream pushes.
+/// Returns the chip's velocity, and what tissue lends it beside that.
+fn give_way(core: f32, velocity: Vec3, tissue: &TissueNear, seconds: f32) -> (Vec3, Vec3) {
+    let overlap = core.min(TISSUE_MM) - tissue.distance;
+    // A gap may be closed within the step.
+    let slowest = (overlap / seconds).min(0.0);
+    let held_off = velocity + tissue.out * (slowest - velocity.dot(tissue.out)).max(0.0);
+    let lent = tissue.out * (overlap / TISSUE_S).clamp(0.0, TISSUE_MM_PER_S);
+    (held_off, lent)
 }

@@ -3,7 +3,11 @@
 use std::f32::consts::TAU;
 
 use bevy::math::{Isometry3d, Vec2, Vec3};
-use parry3d::{math::Pose, shape::Capsule};
+use parry3d::{
+    math::Pose,
+    query::PointQuery,
+    shape::{Ball, Capsule},
+};
 use resecta_anatomy::{BladderShape, Case, Slice};
 use resecta_instrument::{Resectoscope, ResectoscopeGeometry};
 
@@ -13,6 +17,9 @@ use crate::flow::{Channel, Mouth};
 const TISSUE_ABOVE_MM: f32 = 12.0;
 /// How much of the sheath's diameter its wall and the inner sheath take.
 const BORE: f32 = 0.85;
+
+/// Triangles of the bladder's wall around it and from pole to pole: their middles lie 0.3 mm inside a sphere of 33 mm.
+const WALL_TRIANGLES: [u32; 2] = [32, 16];
 
 /// How far inside of the gland's outline chips stay, mm: the capsule holds.
 const CAPSULE_MM: f32 = 3.0;
@@ -112,6 +119,28 @@ impl Cavity {
         (self.radius - distance, -from_centre / distance.max(1e-6))
     }
 
+    /// The bladder's wall as triangles that face inwards, none of them wholly below its opening.
+    pub(crate) fn wall_triangles(&self) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let [around, up] = WALL_TRIANGLES;
+        let (corners, triangles) = Ball::new(self.radius).to_trimesh(around, up);
+        // Its poles, where triangles are small, along the channel: one in the opening, none where chips lie.
+        let corners: Vec<Vec3> = (corners.iter())
+            .map(|corner| self.centre + Vec3::new(corner.x, -corner.z, corner.y))
+            .collect();
+        let facing_in = |[a, b, c]: [u32; 3]| {
+            let [p, q, r] = [a, b, c].map(|corner| corners[corner as usize]);
+            let outwards = (q - p).cross(r - p).dot(p + q + r - 3.0 * self.centre);
+            if outwards > 0.0 { [a, c, b] } else { [a, b, c] }
+        };
+        let is_wall = |triangle: &[u32; 3]| {
+            triangle
+                .iter()
+                .any(|&corner| self.has_wall_at(corners[corner as usize]))
+        };
+        let wall = triangles.into_iter().filter(is_wall).map(facing_in).collect();
+        (corners, wall)
+    }
+
     /// The place within the cavity that is nearest to one that has got out of it, if it has.
     pub fn back_inside(&self, place: Vec3) -> Option<Vec3> {
         if self.has_wall_at(place) {
@@ -161,10 +190,9 @@ impl Sheath {
         }
     }
 
-    /// Velocity of the sheath at a place, mm/s.
-    pub fn velocity_at(&self, place: Vec3, seconds: f32) -> Vec3 {
-        let [from, to] = &self.way;
-        (place - *from * (to.inverse() * place)) / seconds
+    /// How far a place is from it at the end of the step, mm.
+    pub(crate) fn gap(&self, place: Vec3) -> f32 {
+        self.capsule.distance_to_point(&self.way[1], place, true)
     }
 }
 
@@ -175,4 +203,39 @@ pub struct TissueNear {
     pub out: Vec3,
     /// Distance of the chip's centre from the surface, mm; negative in tissue.
     pub distance: f32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_wall_faces_inwards_and_leaves_the_opening_free() {
+        let centre = Vec3::new(3.0, -2.0, 50.0);
+        let cavity = Cavity {
+            centre,
+            radius: 33.0,
+            opening_z: 28.0,
+            channel: Channel {
+                from: Vec3::ZERO,
+                neck: Vec3::Z * 28.0,
+            },
+            gland: Vec::new(),
+        };
+        let (corners, triangles) = cavity.wall_triangles();
+        let mut area = 0.0;
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(|corner| corners[corner as usize]);
+            let middle = (a + b + c) / 3.0;
+            let across = (b - a).cross(c - a);
+            area += 0.5 * across.length();
+            assert!(across.dot(centre - middle) > 0.0, "at {middle}");
+            assert!((0.0..0.6).contains(&cavity.wall(middle).0), "at {middle}");
+            // The triangles are some 6 mm high.
+            assert!(middle.z > 28.0 - 6.0, "at {middle}");
+        }
+        // Of a sphere's cap.
+        let expected = TAU * 33.0 * (50.0 + 33.0 - 28.0);
+        assert!((area / expected - 1.0).abs() < 0.06, "{area}, expected {expected} mm²");
+    }
 }

@@ -2,7 +2,7 @@
 
 use bevy::{math::Vec3, prelude::default};
 use parry3d::query;
-use resecta_chips::{ChipSettings, HeldReason, Pool};
+use resecta_chips::{ChipSettings, HeldReason, Pool, Surroundings};
 
 use crate::scenes::{STEP_S, bladder, heap, of_heap, pool, run, scope, settings, still};
 
@@ -12,7 +12,7 @@ fn energy(pool: &Pool) -> f64 {
         .map(|body| {
             let height = -f64::from(body.place().y);
             f64::from(pool.water().weight(&body.float)) * height
-                + 0.5 * f64::from(body.velocity.length_squared() / body.inverse_mass)
+                + 0.5 * f64::from(body.velocity.length_squared() * body.moved_mass)
         })
         .sum()
 }
@@ -52,14 +52,14 @@ fn chips_of_a_heap_neither_overlap_nor_leave_the_bladder() {
     for (index, a) in pool.bodies().iter().enumerate() {
         for corner in a.corners().filter(|&corner| pool.cavity().has_wall_at(corner)) {
             let (gap, _) = pool.cavity().wall(corner);
-            assert!(gap > -0.5, "chip {index} is {gap} mm outside");
+            assert!(gap > -0.05, "chip {index} is {gap} mm outside");
         }
         for b in &pool.bodies()[index + 1..] {
-            let contact = query::contact(&a.pose, &a.hull, &b.pose, &b.hull, 0.0).expect("convex shapes");
+            let contact = query::contact(&a.pose, &*a.hull, &b.pose, &*b.hull, 0.0).expect("convex shapes");
             if let Some(contact) = contact {
-                // Of 2 to 6 mm: in a heap some stay wedged.
+                // Of 2 to 6 mm: rapier looks at what hardly moves anew only every half millimetre.
                 assert!(
-                    contact.dist > -1.0,
+                    contact.dist > -0.5,
                     "{} and {} overlap by {}",
                     a.id,
                     b.id,
@@ -68,6 +68,27 @@ fn chips_of_a_heap_neither_overlap_nor_leave_the_bladder() {
             }
         }
     }
+}
+
+#[test]
+fn a_sheath_that_presses_a_heap_against_the_wall_squeezes_none_out() {
+    let mut pool = heap(25, settings());
+    let mut tip = Vec3::new(-15.0, 10.0, 10.0);
+    for step in 0..600 {
+        // To and fro along the floor, and down to where the sheath itself touches it.
+        let along = 15.0 * (0.05 * step as f32).sin();
+        let next = Vec3::new(along, (10.0 + 0.05 * step as f32).min(28.0), 10.0);
+        pool.step(STEP_S, &scope(tip, next, 0.0, 0.0), |_| None);
+        tip = next;
+        for body in pool.bodies() {
+            assert!(body.pose.is_finite() && body.velocity.is_finite());
+            let inside = pool.cavity().back_inside(body.place());
+            assert_eq!(inside, None, "chip {} at {}", body.id, body.place());
+        }
+    }
+    run(&mut pool, 20.0, &still());
+    let moving = pool.bodies().iter().filter(|body| body.moves()).count();
+    assert_eq!(moving, 0);
 }
 
 #[test]
@@ -103,4 +124,41 @@ fn the_oldest_of_too_many_are_held_until_there_is_room() {
     run(&mut pool, 60.0, &still());
     let still_held = pool.bodies().iter().filter(|body| body.held.is_some()).count();
     assert_eq!(still_held, 0, "all have come to rest in their turn");
+}
+
+/// The sheath and its stream go round in a heap.
+fn stirred(step: u32) -> Surroundings {
+    let tip = |step: u32| {
+        let (sin, cos) = (0.02 * step as f32).sin_cos();
+        Vec3::new(12.0 * sin, 22.0 + 3.0 * cos, -14.0)
+    };
+    scope(tip(step), tip(step + 1), 4.0, 4.0)
+}
+
+#[test]
+fn a_heap_larger_than_what_may_move_comes_to_rest_and_is_stirred_without_much_holding() {
+    const MOST: u32 = 25;
+    let mut pool = heap(
+        60,
+        ChipSettings {
+            most: MOST,
+            ..default()
+        },
+    );
+    let moving = |pool: &Pool| pool.bodies().iter().filter(|body| body.moves()).count();
+    for _ in 0..2 {
+        run(&mut pool, 20.0, &still());
+        for _ in 0..120 {
+            let happened = pool.step(STEP_S, &still(), |_| None);
+            assert_eq!((happened.held.len(), moving(&pool)), (0, 0), "it stays as it lies");
+        }
+        assert!(pool.bodies().iter().all(|body| body.held.is_none()));
+
+        let mut held = 0;
+        for step in 0..600 {
+            held += pool.step(STEP_S, &stirred(step), |_| None).held.len();
+            assert!(moving(&pool) <= MOST as usize);
+        }
+        assert!(held <= 20, "{held} held in 10 s");
+    }
 }

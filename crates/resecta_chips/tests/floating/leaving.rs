@@ -4,9 +4,9 @@ use bevy::{
     math::{DVec3, Vec3},
     prelude::default,
 };
-use resecta_chips::{ChipSettings, Pool};
+use resecta_chips::{ChipSettings, HeldReason, Pool, TissueNear};
 
-use crate::scenes::{DENSITY, bladder, block, heap, lake, of_heap, pool, run, scope, settings, still};
+use crate::scenes::{DENSITY, STEP_S, bladder, block, heap, lake, of_heap, pool, run, scope, settings, still};
 
 fn assert_conserved(pool: &Pool) {
     let totals = pool.totals();
@@ -96,6 +96,43 @@ fn what_is_not_finite_is_no_body_and_moves_no_other() {
     run(&mut pool, 5.0, &still());
     pool.step(f32::NAN, &still(), |_| None);
     assert!(pool.bodies().iter().all(|body| body.pose.is_finite()));
+    assert_conserved(&pool);
+}
+
+#[test]
+fn a_stream_or_tissue_that_is_not_finite_puts_chips_aside_and_says_so() {
+    let mut pool = pool(bladder(), settings());
+    let in_stream = pool.add(&of_heap(1)).expect("a body");
+    let tip = Vec3::new(0.0, 0.0, -20.0);
+    let mut broken = scope(tip, tip, f32::NAN, 0.0);
+    broken.sheath = None;
+    let happened = pool.step(STEP_S, &broken, |_| None);
+    assert_eq!(happened.held, [(in_stream, HeldReason::Motion)]);
+
+    let other = pool.add(&of_heap(2)).expect("a body");
+    let nowhere = TissueNear {
+        out: Vec3::NAN,
+        distance: -1.0,
+    };
+    let far = TissueNear {
+        out: Vec3::X,
+        distance: f32::NEG_INFINITY,
+    };
+    for tissue in [nowhere, far] {
+        pool.step(STEP_S, &still(), |_| Some(tissue));
+    }
+    run(&mut pool, 5.0, &still());
+    assert!(
+        pool.bodies()
+            .iter()
+            .all(|body| body.pose.is_finite() && body.velocity.is_finite())
+    );
+    let moved = pool.bodies().iter().find(|body| body.id == other).expect("it is there");
+    assert!(
+        moved.held.is_none() && moved.place().y > 20.0,
+        "it has sunk: {}",
+        moved.place()
+    );
     assert_conserved(&pool);
 }
 

@@ -6,7 +6,7 @@ use bevy::{
     math::{DMat3, DVec3, Isometry3d, Quat, Vec3},
     prelude::default,
 };
-use resecta_chips::{Cavity, Channel, ChipSettings, Flow, Pool, Sheath, Surroundings};
+use resecta_chips::{Cavity, Channel, ChipSettings, Flow, Outline, Pool, Sheath, Surroundings};
 use resecta_instrument::ResectoscopeGeometry;
 use resecta_tissue::{Chip, SurfaceKind};
 
@@ -63,7 +63,7 @@ pub fn of_heap(index: usize) -> Arc<Chip> {
     block(edges, place, TAU * part(0.532))
 }
 
-/// A bladder of 33 mm about the origin, the gland below it.
+/// A bladder of 33 mm about the origin, below it a gland that is as wide as its opening.
 pub fn bladder() -> Cavity {
     Cavity {
         centre: Vec3::ZERO,
@@ -73,7 +73,10 @@ pub fn bladder() -> Cavity {
             from: Vec3::new(0.0, 0.0, -80.0),
             neck: Vec3::new(0.0, 0.0, -22.0),
         },
-        gland: Vec::new(),
+        gland: vec![Outline {
+            z: -22.0,
+            radii: [27.6; 36],
+        }],
     }
 }
 
@@ -82,6 +85,7 @@ pub fn lake() -> Cavity {
     Cavity {
         radius: 1e5,
         opening_z: -1e4,
+        gland: Vec::new(),
         ..bladder()
     }
 }

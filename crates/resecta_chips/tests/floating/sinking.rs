@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use bevy::math::{DVec3, Vec3};
-use resecta_chips::ChipSettings;
+use resecta_chips::{ChipSettings, TissueNear};
 
 use crate::scenes::{DENSITY, STEP_S, block, lake, pool, run, scope, still};
 
@@ -53,7 +53,7 @@ fn a_chip_sinks_at_the_velocity_of_the_law() {
         let velocity = pool.bodies()[0].velocity;
         let expected = terminal(&settings, edges.x * edges.y * edges.z);
         assert!(
-            (f64::from(velocity.y) / expected - 1.0).abs() < 2e-3,
+            (f64::from(velocity.y) / expected - 1.0).abs() < 1e-4,
             "{velocity}, expected {expected} mm/s"
         );
         assert!(velocity.x.abs() + velocity.z.abs() < 1e-3 * velocity.y, "straight down");
@@ -110,6 +110,28 @@ fn a_chip_as_dense_as_water_goes_where_the_stream_goes() {
         assert!(body.velocity.z < 1.5 * flow.z, "{} in {flow}", body.velocity);
     }
     assert!(ahead > 60.0, "{ahead} mm");
+}
+
+#[test]
+fn tissue_pushes_a_chip_out_softly_and_then_holds_it() {
+    let mut pool = pool(lake(), ChipSettings::default());
+    pool.add(&block(DVec3::new(6.0, 4.0, 6.0), DVec3::Y * 3.0, 0.3))
+        .expect("a body");
+    // Tissue below a plane through the origin; the chip's middle is 3 mm in it.
+    let near = |place: Vec3| TissueNear {
+        out: Vec3::NEG_Y,
+        distance: -place.y,
+    };
+    for _ in 0..300 {
+        let tissue = near(pool.bodies()[0].place());
+        pool.step(STEP_S, &still(), |_| Some(tissue));
+        let body = &pool.bodies()[0];
+        assert!(body.velocity.length() < 1.0, "it keeps no speed: {}", body.velocity);
+        assert!(body.place().y > -1.05, "it is not thrown out: {}", body.place());
+    }
+    let body = &pool.bodies()[0];
+    assert!((body.place().y + 1.0).abs() < 0.05, "{}", body.place());
+    assert!(!body.moves());
 }
 
 #[test]
