@@ -237,14 +237,17 @@ pub fn caption(ui: &mut Ui, text: &str) {
     ui.label(RichText::new(text).size(13.0).strong().color(palette::ACCENT));
 }
 
-/// A key's name as on a key cap.
+/// A key's name as on a key cap, whole: where it has no room left it begins a row.
 pub fn key_cap(ui: &mut Ui, name: &str) {
-    egui::Frame::new()
+    let padding = std::mem::replace(&mut ui.spacing_mut().button_padding, egui::vec2(7.0, 2.0));
+    let cap = egui::Button::new(RichText::new(name).color(palette::TEXT).strong())
         .fill(palette::BUTTON)
         .stroke(Stroke::new(1.0, palette::WEAK))
         .corner_radius(4)
-        .inner_margin(egui::Margin::symmetric(7, 2))
-        .show(ui, |ui| ui.label(RichText::new(name).color(palette::TEXT).strong()));
+        .wrap_mode(egui::TextWrapMode::Extend)
+        .sense(egui::Sense::hover());
+    ui.add(cap);
+    ui.spacing_mut().button_padding = padding;
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ use bevy::{
     time::TimeUpdateStrategy,
     window::PrimaryWindow,
 };
-use resecta_instrument::{InstrumentScript, InstrumentSource, InstrumentState, Resectoscope};
+use resecta_instrument::{InstrumentScript, InstrumentSource, Resectoscope, ScriptError};
 use resecta_scenario::{ActiveExercise, Metrics};
 use thiserror::Error;
 
@@ -32,10 +32,12 @@ use super::{
 };
 use crate::view::save_picture;
 
-/// Frames that a screen gets to settle before its picture is taken.
-const SETTLE_FRAMES: u32 = 6;
+/// Frames that a screen gets to settle, what fades in included, before its picture is taken.
+const SETTLE_FRAMES: u32 = 12;
 /// Steps a frame on the way to the next picture.
 const STEPS_A_FRAME: u32 = 6;
+/// How time goes where nothing is waited for. It never stands: what fades in goes by it, too.
+const A_STEP_A_FRAME: TimeUpdateStrategy = TimeUpdateStrategy::ManualDuration(Duration::from_micros(16_667));
 /// So many frames may pass without a deed being done before something is wrong.
 const PATIENCE_FRAMES: u32 = 5000;
 
@@ -45,6 +47,9 @@ pub enum GalleryError {
     /// A picture could not be written.
     #[error(transparent)]
     Picture(#[from] crate::view::PictureError),
+    /// A script of the gallery is at fault.
+    #[error(transparent)]
+    Script(#[from] ScriptError),
     /// The game did not come to the next picture.
     #[error("after {} pictures the game did not come to {wanted}", written.len())]
     Stuck {
@@ -78,6 +83,7 @@ impl Plugin for GalleryPlugin {
             failed: None,
             outcome: self.outcome.clone(),
         })
+        .insert_resource(A_STEP_A_FRAME)
         .add_systems(First, lead);
     }
 }
@@ -147,11 +153,14 @@ fn do_or_wait(world: &mut World, gallery: &mut Gallery, deed: Deed) -> bool {
         Deed::Wish(wish) => world.resource_mut::<GameFlow>().wish(wish),
         Deed::Select(name) => world.resource_mut::<Catalogue>().select(name),
         Deed::Await(wanted) => return phase == wanted,
-        Deed::Script(text) => return hand_over(world, text),
+        Deed::Script(text) => match hand_over(world, text) {
+            Ok(is_done) => return is_done,
+            Err(error) => gallery.failed = Some(error.into()),
+        },
         Deed::PlayTo(time_s) => {
             let is_there = world.resource::<Metrics>().elapsed_s() >= time_s || phase == Phase::Result;
             world.insert_resource(match is_there {
-                true => TimeUpdateStrategy::ManualDuration(Duration::ZERO),
+                true => A_STEP_A_FRAME,
                 false => TimeUpdateStrategy::FixedTimesteps(STEPS_A_FRAME),
             });
             return is_there;
@@ -177,22 +186,17 @@ fn do_or_wait(world: &mut World, gallery: &mut Gallery, deed: Deed) -> bool {
     true
 }
 
-/// Gives the instrument to a script, once there is one.
-fn hand_over(world: &mut World, text: &str) -> bool {
-    let Some(instrument) = world.get_resource::<ActiveExercise>().map(|active| active.instrument) else {
-        return false;
+/// Gives the instrument to a script. Whether there is an instrument.
+fn hand_over(world: &mut World, text: &str) -> Result<bool, ScriptError> {
+    let instrument = world.get_resource::<ActiveExercise>().map(|active| active.instrument);
+    let Some(scope) = instrument.and_then(|instrument| world.get::<Resectoscope>(instrument)) else {
+        return Ok(false);
     };
-    let Some(scope) = world.get::<Resectoscope>(instrument) else {
-        return false;
-    };
-    match InstrumentScript::from_ron(text, Path::new("gallery"), &scope.limits) {
-        Ok(script) => {
-            world.entity_mut(instrument).insert(InstrumentSource::Script(script));
-            world.entity_mut(instrument).insert(InstrumentState::default());
-        }
-        Err(error) => error!("{error}"),
+    let script = InstrumentScript::from_ron(text, Path::new("gallery"), &scope.limits)?;
+    if let Some(instrument) = instrument {
+        world.entity_mut(instrument).insert(InstrumentSource::Script(script));
     }
-    true
+    Ok(true)
 }
 
 impl Gallery {

@@ -25,7 +25,7 @@ pub enum Deed {
     Await(Phase),
     /// Gives the instrument to a script.
     Script(&'static str),
-    /// Lets simulated time go on to there, s, and then stand.
+    /// Lets simulated time hurry on to there, s.
     PlayTo(f64),
     /// Arranges the views.
     Views(ViewLayout),

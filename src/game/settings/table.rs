@@ -6,6 +6,9 @@ use resecta_instrument::{BoundInput, Handedness, InstrumentAction, InstrumentBin
 use super::{Capture, SettingsPage, conflicts, twice};
 use crate::game::palette::{BAD, CAREFUL};
 
+/// Room above and below the words of a button, points: every action is seen at once in a small window.
+const BUTTON_PADDING: f32 = 5.0;
+
 pub fn show(ui: &mut Ui, bindings: &mut InstrumentBindings, hand: Handedness, page: &mut SettingsPage) {
     egui::Grid::new("bindings")
         .num_columns(4)
@@ -13,6 +16,11 @@ pub fn show(ui: &mut Ui, bindings: &mut InstrumentBindings, hand: Handedness, pa
         .min_col_width(40.0)
         .spacing([16.0, 3.0])
         .show(ui, |ui| {
+            // A cell is centred by the height that it is thought to have: that of its buttons.
+            let height = ui.text_style_height(&egui::TextStyle::Button) + 2.0 * BUTTON_PADDING;
+            let spacing = ui.spacing_mut();
+            spacing.button_padding.y = BUTTON_PADDING;
+            spacing.interact_size.y = height;
             for title in ["Action", "Keyboard and mouse", "Gamepad", ""] {
                 ui.label(RichText::new(title).strong());
             }
