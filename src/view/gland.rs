@@ -6,18 +6,16 @@ use bevy::{
 };
 use resecta_anatomy::Case;
 use resecta_scenario::ActiveExercise;
-use resecta_tissue::{Tissue, TissueProbe, TissueTint};
+use resecta_tissue::{Tissue, TissueTint};
 
 use super::{
     ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems,
-    cameras::EndoscopeCamera,
     material::{Look, Surface, ViewMaterial},
     palette,
 };
 
 pub fn plugin(app: &mut App) {
-    app.add_systems(Update, (dress, show_outside).chain().in_set(ViewSystems::Dress))
-        .add_systems(Update, red_out.in_set(ViewSystems::Follow));
+    app.add_systems(Update, (dress, show_outside).chain().in_set(ViewSystems::Dress));
 }
 
 /// A gland whose copy the outside view has.
@@ -57,34 +55,6 @@ fn dress(
             tint,
             Transform::default(),
         ));
-    }
-}
-
-/// Distances of the lens from the tissue's surface, mm, negative inside, at which red-out begins and is full: it touches the
-/// wall before it is in it.
-const RED_OUT_MM: [f32; 2] = [0.2, -0.2];
-
-/// Reddens the gland from behind while the lens lies in tissue.
-fn red_out(
-    lenses: Query<&TissueProbe, With<EndoscopeCamera>>,
-    glands: Query<&MeshMaterial3d<ViewMaterial>, With<Tissue>>,
-    mut materials: ResMut<Assets<ViewMaterial>>,
-) {
-    let [begins, full] = RED_OUT_MM;
-    let share = |probe: &TissueProbe| {
-        let distance = probe.distance_mm.unwrap_or(f32::INFINITY);
-        let signed = if probe.inside { -distance } else { distance };
-        ((begins - signed) / (begins - full)).clamp(0.0, 1.0)
-    };
-    let in_tissue = lenses.iter().map(share).fold(0.0, f32::max);
-    for gland in &glands {
-        if materials
-            .get(gland)
-            .is_some_and(|material| material.look.in_tissue != in_tissue)
-            && let Some(mut material) = materials.get_mut(gland)
-        {
-            material.look.in_tissue = in_tissue;
-        }
     }
 }
 

@@ -9,10 +9,11 @@ use bevy::{
     render::render_resource::{
         AsBindGroup, CompareFunction, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError,
     },
-    shader::ShaderRef,
+    shader::{ShaderRef, load_shader_library},
 };
 
 pub fn plugin(app: &mut App) {
+    load_shader_library!(app, "noise.wgsl");
     embedded_asset!(app, "view.wgsl");
     app.add_plugins(MaterialPlugin::<ViewMaterial>::default());
 }
@@ -59,8 +60,6 @@ pub struct Look {
     pub field_cos: f32,
     /// What it is, a [`Surface`].
     pub surface: u32,
-    /// How far the lens lies in tissue, from 0, not at all, to 1: [`Surface::Tissue`] is then red from behind.
-    pub in_tissue: f32,
     /// Light that clouded water takes on the way from the surface to the lens, for each mm; 0 in clear water.
     pub extinction: f32,
     /// Share of the lens that blood covers, 0 to 1.
@@ -71,7 +70,7 @@ pub struct Look {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Surface {
-    /// Gland: seen from behind it is the section's colour, the red of a lens that lies in tissue, or a fold.
+    /// Gland: seen from behind it is the section's colour, or a fold.
     Tissue = 0,
     /// The section itself: evenly lit, with the grain of tissue.
     Section = 1,
@@ -96,7 +95,6 @@ impl Default for Look {
             brightness: 1.0,
             field_cos: -1.0,
             surface: Surface::Solid as u32,
-            in_tissue: 0.0,
             extinction: 0.0,
             covered: 0.0,
         }

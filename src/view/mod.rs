@@ -4,7 +4,7 @@
 //! bladder, urethra and landmarks around them. It moves every camera that is an [`EndoscopeCamera`] or an
 //! [`OutsideCamera`] and spawns none itself: the game gives them a window ([`crate::game`]), [`PicturesPlugin`] images.
 //!
-//! Everything wears one material with one small shader (`material.rs`, `view.wgsl`) that brings its own light: the only
+//! Everything wears one material with one shader (`material.rs`, `view.wgsl`) that brings its own light: the only
 //! lamp of an endoscopy sits beside the lens, so that a general lighting model would cost much and add nothing, and the
 //! program stays usable on a software renderer.
 //!
@@ -14,7 +14,8 @@
 //! | blood in the water and from vessels | `blood.rs` |
 //! | what strokes cut free | `chips.rs` |
 //! | sparks, glow and bubbles at the wire | `sparks.rs` |
-//! | the round field | `round_field.rs` |
+//! | the round field | `round_field.rs`, `round_field.wgsl` |
+//! | what a lens sees that is pressed on tissue | `veil.rs` |
 //! | colours of the gland, the marked part | `gland.rs` |
 //! | the section of the outside view | `sections.rs` |
 //! | the instrument's body | `instrument.rs` |
@@ -35,6 +36,7 @@ mod sections;
 mod shapes;
 mod sparks;
 mod surroundings;
+mod veil;
 
 use bevy::{camera::visibility::RenderLayers, prelude::*};
 
@@ -90,6 +92,7 @@ impl Plugin for ViewPlugin {
             chips::plugin,
             sparks::plugin,
             cameras::plugin,
+            veil::plugin,
             round_field::plugin,
             gland::plugin,
             sections::plugin,

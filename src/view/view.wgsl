@@ -5,6 +5,7 @@
     forward_io::{VertexOutput, FragmentOutput},
     mesh_view_bindings::view,
 }
+#import resecta::noise::noise
 
 // As `Look` in material.rs.
 struct Look {
@@ -19,7 +20,6 @@ struct Look {
     brightness: f32,
     field_cos: f32,
     surface: u32,
-    in_tissue: f32,
     extinction: f32,
     covered: f32,
 }
@@ -34,45 +34,6 @@ const FLAT: u32 = 3u;
 // As `MURK` in palette.rs.
 const MURK: vec3<f32> = vec3(0.150, 0.012, 0.008);
 const BLOOD_ON_LENS: vec3<f32> = vec3(0.20, 0.008, 0.006);
-
-// A number from 0 to 1 for each point of the grid of integers.
-fn hash(p: vec3<i32>) -> f32 {
-    var h = bitcast<u32>(p.x) * 0x8da6b343u ^ bitcast<u32>(p.y) * 0xd8163841u ^ bitcast<u32>(p.z) * 0xcb1ab31fu;
-    h = (h ^ (h >> 13u)) * 0x9e3779b1u;
-    h = h ^ (h >> 16u);
-    return f32(h & 0xffffffu) / 16777215.0;
-}
-
-// Smooth noise from 0 to 1 (w) and its gradient (xyz).
-fn noise(p: vec3<f32>) -> vec4<f32> {
-    let cell = vec3<i32>(floor(p));
-    let f = fract(p);
-    let u = f * f * (3.0 - 2.0 * f);
-    let du = 6.0 * f * (1.0 - f);
-    let a = hash(cell);
-    let b = hash(cell + vec3(1, 0, 0));
-    let c = hash(cell + vec3(0, 1, 0));
-    let d = hash(cell + vec3(1, 1, 0));
-    let e = hash(cell + vec3(0, 0, 1));
-    let g = hash(cell + vec3(1, 0, 1));
-    let h = hash(cell + vec3(0, 1, 1));
-    let i = hash(cell + vec3(1, 1, 1));
-    let k1 = b - a;
-    let k2 = c - a;
-    let k3 = e - a;
-    let k4 = a - b - c + d;
-    let k5 = a - c - e + h;
-    let k6 = a - b - e + g;
-    let k7 = -a + b + c - d + e - g - h + i;
-    let value = a + k1 * u.x + k2 * u.y + k3 * u.z + k4 * u.x * u.y + k5 * u.y * u.z + k6 * u.z * u.x
-        + k7 * u.x * u.y * u.z;
-    let gradient = du * vec3(
-        k1 + k4 * u.y + k6 * u.z + k7 * u.y * u.z,
-        k2 + k5 * u.z + k4 * u.x + k7 * u.z * u.x,
-        k3 + k6 * u.x + k5 * u.y + k7 * u.x * u.y,
-    );
-    return vec4(gradient, value);
-}
 
 // From light to what a screen shows: the film curve of Narkowicz's fit.
 fn develop(light: vec3<f32>) -> vec3<f32> {
@@ -123,8 +84,7 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
         return out;
     }
 
-    let is_inside = look.surface == TISSUE && !is_front;
-    if is_inside && is_cut_open {
+    if look.surface == TISSUE && !is_front && is_cut_open {
         out.color = vec4(develop(section_face(look.beyond.rgb, eye, ray)), 1.0);
         return out;
     }
@@ -133,9 +93,6 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     normal = select(-normal, normal, dot(normal, ray) < 0.0 || (look.surface == TISSUE && is_front));
     var colour = look.colour.rgb * vertex.rgb;
     var gloss = look.gloss;
-    // From inside of the tissue all is red. From outside, what is seen from behind is tissue that has folded over.
-    let redness = select(0.0, look.in_tissue, is_inside);
-    gloss = gloss * (1.0 - redness);
 
     if look.relief > 0.0 {
         let coarse = noise(place * 0.75 + vec3(17.0, 5.0, 3.0));
@@ -166,7 +123,6 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
             gloss = gloss * (0.6 + 0.8 * fine.w);
         }
     }
-    colour = mix(colour, vec3(0.15, 0.014, 0.010), redness);
 
     // The lamp is a little behind the lens, so that what nearly touches it does not burn out.
     let up = view.world_from_view[1].xyz;
