@@ -9,7 +9,8 @@ use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::ActiveExercise;
 
 use super::{
-    ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems, blood::Water, gland::sagittal, palette, round_field::RoundField, veil::Veil,
+    ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems, blood::Water, gland::sagittal, palette, round_field::RoundField,
+    veil::Veil,
 };
 
 /// Nearest distance that is drawn, mm. Tissue may nearly touch the lens.

@@ -14,7 +14,7 @@
 //! | blood in the water and from vessels | `blood.rs` |
 //! | what strokes cut free | `chips.rs` |
 //! | sparks, glow and bubbles at the wire | `sparks.rs` |
-//! | the round field | `round_field.rs`, `round_field.wgsl` |
+//! | the round field, and how a telescope bends the picture | `round_field.rs`, `round_field.wgsl` |
 //! | what a lens sees that is pressed on tissue | `veil.rs` |
 //! | colours of the gland, the marked part | `gland.rs` |
 //! | the section of the outside view | `sections.rs` |
@@ -45,6 +45,7 @@ pub use cameras::{EndoscopeCamera, OutsideCamera, endoscope_camera, outside_came
 pub(crate) use instrument::BEAK_MM;
 pub use material::{Look, Surface, ViewMaterial};
 pub use pictures::{PICTURE_SIZE, PictureError, Pictures, PicturesPlugin, finish_pictures};
+pub(crate) use round_field::shown_at;
 pub use surroundings::Landmark;
 
 /// What only the endoscope shows.

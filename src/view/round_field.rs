@@ -1,7 +1,7 @@
 //! The round field: what the eye sees of the lens's picture, as a pass over the finished picture.
 //!
-//! Darker towards the rim, black outside, the mark of 12 o'clock on the rim, and the [`Veil`] of tissue at the lens. What is
-//! drawn in the window beside the endoscope's picture stays as it is.
+//! Bent as by a telescope ([`BARREL`]), darker towards the rim, black outside, the mark of 12 o'clock on the rim, and the
+//! [`Veil`] of tissue at the lens. What is drawn in the window beside the endoscope's picture stays as it is.
 
 use bevy::{
     asset::embedded_asset,
@@ -18,6 +18,10 @@ use super::{
     cameras::{EndoscopeCamera, follow_lens},
     veil::Veil,
 };
+
+/// Barrel distortion: the rim lies by this share of its distance nearer to the middle than it would at the scale of the middle.
+/// 10 to 15 % is common for telescopes (practice). The rim itself stays where it is, and with it the field of view.
+const BARREL: f32 = 0.12;
 
 pub fn plugin(app: &mut App) {
     embedded_asset!(app, "round_field.wgsl");
@@ -42,6 +46,8 @@ pub struct RoundField {
     /// As in [`Veil`].
     veil: f32,
     ahead: Vec3,
+    /// As [`BARREL`].
+    barrel: f32,
     side: Vec2,
 }
 
@@ -49,6 +55,30 @@ impl FullscreenMaterial for RoundField {
     fn fragment_shader() -> ShaderRef {
         "embedded://resecta/view/round_field.wgsl".into()
     }
+}
+
+/// Where a straight picture has what a telescope shows at a place; both are distances from the middle, the field's radius 1.
+fn straight(shown: Vec2) -> Vec2 {
+    shown * (1.0 - BARREL + BARREL * shown.length_squared())
+}
+
+/// Where a telescope shows what a straight picture would have at a place: the inverse of [`straight`].
+fn shown(straight: Vec2) -> Vec2 {
+    let far = straight.length();
+    // Newton's method on a cubic that rises everywhere, from a place where it is too large.
+    let root = (0..6).fold(far.max(1.0), |root, _| {
+        let excess = root * (1.0 - BARREL + BARREL * root * root) - far;
+        root - excess / (1.0 - BARREL + 3.0 * BARREL * root * root)
+    });
+    straight.normalize_or_zero() * root
+}
+
+/// Where an endoscope camera's picture shows what its projection has at a point of its viewport, both in logical pixels of the
+/// window: what points at a place of the world must point there.
+pub fn shown_at(camera: &Camera, at: Vec2) -> Option<Vec2> {
+    let area = camera.logical_viewport_rect()?;
+    let radius = 0.5 * area.size().min_element();
+    (radius > 0.0).then(|| area.center() + radius * shown((at - area.center()) / radius))
 }
 
 fn follow(
@@ -73,7 +103,47 @@ fn follow(
             up: lens.up() * half,
             veil: veil.share,
             ahead: lens.forward().into(),
+            barrel: BARREL,
             side: veil.side,
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_shown_is_found_again() {
+        for far in 0..60 {
+            for round in 0..12 {
+                let place = Vec2::from_angle(0.5 * round as f32) * (0.025 * far as f32);
+                assert!(shown(straight(place)).distance(place) < 1e-5, "{place}");
+                assert!(straight(shown(place)).distance(place) < 1e-5, "{place}");
+            }
+        }
+    }
+
+    #[test]
+    fn straight_lines_bow_outwards_and_the_rim_stays() {
+        for round in 0..12 {
+            let rim = Vec2::from_angle(0.5 * round as f32);
+            assert!(shown(rim).distance(rim) < 1e-6);
+        }
+        // The scale of the middle would bring the rim further out.
+        let scale = shown(Vec2::X * 1e-3).x / 1e-3;
+        assert!((1.0 - 1.0 / scale - BARREL).abs() < 1e-4, "{scale}");
+        assert!((0.10..=0.15).contains(&BARREL));
+        // An upright line right of the middle: its ends at the rim stay, all between bows away from the middle.
+        let line = |y: f32| shown(Vec2::new(0.5, y));
+        let end = line(0.75f32.sqrt());
+        assert!((end.x - 0.5).abs() < 1e-5);
+        let mut before = line(0.0).x;
+        assert!(before > 0.54);
+        for step in 1..=8 {
+            let now = line(0.1 * step as f32).x;
+            assert!(now < before && now > 0.5, "{step}");
+            before = now;
+        }
     }
 }

@@ -1,5 +1,5 @@
-// What the eye sees of the lens's picture: the round field with its notch, darker at its rim, and the veil of tissue that the
-// lens is pressed on. A pass over the finished picture.
+// What the eye sees of the lens's picture: bent as by a telescope, the round field with its notch, darker at its rim, and the
+// veil of tissue that the lens is pressed on. A pass over the finished picture.
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #import resecta::noise::noise
@@ -14,6 +14,7 @@ struct RoundField {
     up: vec3<f32>,
     veil: f32,
     ahead: vec3<f32>,
+    barrel: f32,
     side: vec2<f32>,
 }
 
@@ -31,6 +32,15 @@ const BLUR: f32 = 0.09;
 fn texel(at: vec2<f32>) -> vec3<f32> {
     let last = field.area.xy + field.area.zw - 1.0;
     return textureLoad(picture, vec2<i32>(clamp(at, field.area.xy, last)), 0).rgb;
+}
+
+// The picture between its pixels.
+fn between(at: vec2<f32>) -> vec3<f32> {
+    let corner = floor(at - 0.5) + 0.5;
+    let share = at - corner;
+    let above = mix(texel(corner), texel(corner + vec2(1.0, 0.0)), share.x);
+    let below = mix(texel(corner + vec2(0.0, 1.0)), texel(corner + vec2(1.0, 1.0)), share.x);
+    return mix(above, below, share.y);
 }
 
 // The picture with soft edges, around a point of it.
@@ -66,13 +76,16 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
         return vec4(0.0, 0.0, 0.0, 1.0);
     }
 
-    var colour = texel(at);
+    // As `straight` in round_field.rs.
+    let straight = from * (1.0 - field.barrel + field.barrel * far * far);
+    let there = at + (straight - from) * field.radius;
+    var colour = between(there);
     if field.veil > 0.0 {
         // It comes in from where the tissue is.
         let lean = dot(from, vec2(field.side.x, -field.side.y));
         let veil = clamp(field.veil + 1.2 * lean * field.veil * (1.0 - field.veil), 0.0, 1.0);
-        colour = blurred(at, BLUR * field.radius * veil);
-        colour = mix(colour, flesh(from, far), smoothstep(0.05, 0.95, veil));
+        colour = mix(colour, blurred(there, BLUR * field.radius * veil), smoothstep(0.0, 0.3, veil));
+        colour = mix(colour, flesh(straight, far), smoothstep(0.05, 0.95, veil));
     }
     // Lenses darken towards the edge.
     colour *= 1.0 - 0.40 * smoothstep(0.55, 0.98, far);

@@ -59,7 +59,9 @@ fn ease(time: Res<Time>, mut lenses: Query<(&TissueProbe, &Transform, &mut Veil)
         let distance = probe.distance_mm.unwrap_or(f32::INFINITY);
         let sign = if probe.inside { -1.0 } else { 1.0 };
         // From within, the nearest surface lies where the lens came from.
-        let towards = probe.nearest.map_or(Vec3::ZERO, |nearest| sign * (nearest - probe.point));
+        let towards = probe
+            .nearest
+            .map_or(Vec3::ZERO, |nearest| sign * (nearest - probe.point));
         let side = (lens.rotation.inverse() * towards.normalize_or_zero()).truncate();
         let next = veil.eased(Veil::at_rest(sign * distance, side), time.delta_secs());
         veil.set_if_neq(next);

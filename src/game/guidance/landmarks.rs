@@ -16,7 +16,7 @@ use resecta_scenario::ActiveExercise;
 use resecta_tissue::Tissue;
 
 use super::{super::overlay::shadowed, super::palette, Shown};
-use crate::view::{BEAK_MM, ViewSystems};
+use crate::view::{BEAK_MM, ViewSystems, shown_at};
 
 /// How far away a landmark is still named, mm: the light of the lens ends there.
 const FAR_MM: f32 = 45.0;
@@ -218,7 +218,8 @@ pub fn show(painter: &Painter, camera: &Camera, eye: &GlobalTransform, zoom: f32
     let centre = egui::pos2(area.center().x, area.center().y) * point;
     let radius = 0.5 * area.width().min(area.height()) * point;
     for sight in seen.landmarks.iter().filter(|sight| sight.is_seen) {
-        let Ok(at) = camera.world_to_viewport(eye, sight.place) else {
+        let straight = camera.world_to_viewport(eye, sight.place).ok();
+        let Some(at) = straight.and_then(|straight| shown_at(camera, straight)) else {
             continue;
         };
         let at = egui::pos2(at.x, at.y) * point;

@@ -116,12 +116,11 @@ fn texture_coordinates_are_places_at_rest_however_the_tissue_moves() {
     for _ in 0..5 {
         app.update();
     }
-    let pairs = [Mesh::ATTRIBUTE_UV_0, Mesh::ATTRIBUTE_UV_1].map(|attribute| {
-        match mesh(&app, tissue).attribute(attribute) {
+    let pairs =
+        [Mesh::ATTRIBUTE_UV_0, Mesh::ATTRIBUTE_UV_1].map(|attribute| match mesh(&app, tissue).attribute(attribute) {
             Some(VertexAttributeValues::Float32x2(pairs)) => pairs.clone(),
             other => panic!("{other:?}"),
-        }
-    });
+        });
     assert_ne!(positions(mesh(&app, tissue)), at_rest);
     for ((&[x, y], &[z, coagulation]), place) in pairs[0].iter().zip(&pairs[1]).zip(at_rest) {
         assert_eq!((Vec3::new(x, y, z), coagulation), (place, 0.0));
