@@ -43,12 +43,14 @@ pub struct RoundField {
     /// By which 12 o'clock is turned counter-clockwise, radians.
     roll: f32,
     up: Vec3,
-    /// As in [`Veil`].
+    /// As in [`Veil`]: in the middle, and around it.
     veil: f32,
     ahead: Vec3,
     /// As [`BARREL`].
     barrel: f32,
-    side: Vec2,
+    veils: Vec4,
+    /// Where those around it are, as a share of the field's radius.
+    beside: f32,
 }
 
 impl FullscreenMaterial for RoundField {
@@ -57,20 +59,19 @@ impl FullscreenMaterial for RoundField {
     }
 }
 
-/// Where a straight picture has what a telescope shows at a place; both are distances from the middle, the field's radius 1.
-fn straight(shown: Vec2) -> Vec2 {
-    shown * (1.0 - BARREL + BARREL * shown.length_squared())
+/// How far from the middle a straight picture has what a telescope shows so far from it; the field's radius is 1.
+fn straight(shown: f32) -> f32 {
+    shown * (1.0 - BARREL + BARREL * shown * shown)
 }
 
-/// Where a telescope shows what a straight picture would have at a place: the inverse of [`straight`].
-fn shown(straight: Vec2) -> Vec2 {
-    let far = straight.length();
-    // Newton's method on a cubic that rises everywhere, from a place where it is too large.
+/// Where a telescope shows what a straight picture has at a place, both from the middle.
+fn shown(place: Vec2) -> Vec2 {
+    let far = place.length();
+    // Newton's method on a cubic that rises everywhere, from where it is too large.
     let root = (0..6).fold(far.max(1.0), |root, _| {
-        let excess = root * (1.0 - BARREL + BARREL * root * root) - far;
-        root - excess / (1.0 - BARREL + 3.0 * BARREL * root * root)
+        root - (straight(root) - far) / (1.0 - BARREL + 3.0 * BARREL * root * root)
     });
-    straight.normalize_or_zero() * root
+    place.normalize_or_zero() * root
 }
 
 /// Where an endoscope camera's picture shows what its projection has at a point of its viewport, both in logical pixels of the
@@ -101,10 +102,11 @@ fn follow(
             right: lens.right() * half,
             roll: state.roll_deg.to_radians(),
             up: lens.up() * half,
-            veil: veil.share,
+            veil: veil.middle,
             ahead: lens.forward().into(),
             barrel: BARREL,
-            side: veil.side,
+            veils: veil.around.into(),
+            beside: Veil::beside() / half,
         });
     }
 }
@@ -118,8 +120,12 @@ mod tests {
         for far in 0..60 {
             for round in 0..12 {
                 let place = Vec2::from_angle(0.5 * round as f32) * (0.025 * far as f32);
-                assert!(shown(straight(place)).distance(place) < 1e-5, "{place}");
-                assert!(straight(shown(place)).distance(place) < 1e-5, "{place}");
+                let back = place.normalize_or_zero() * straight(place.length());
+                assert!(shown(back).distance(place) < 1e-5, "{place}");
+                assert!(
+                    (straight(shown(place).length()) - place.length()).abs() < 1e-5,
+                    "{place}"
+                );
             }
         }
     }

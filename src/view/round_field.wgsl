@@ -15,7 +15,8 @@ struct RoundField {
     veil: f32,
     ahead: vec3<f32>,
     barrel: f32,
-    side: vec2<f32>,
+    veils: vec4<f32>,
+    beside: f32,
 }
 
 @group(0) @binding(0) var picture: texture_2d<f32>;
@@ -55,9 +56,19 @@ fn blurred(at: vec2<f32>, radius: f32) -> vec3<f32> {
     return sum / 14.0;
 }
 
+// How much tissue hides there: through what is known in the middle and at four points around it, curves of second order.
+fn veil_at(off_middle: vec2<f32>) -> f32 {
+    let place = clamp(off_middle * vec2(1.0, -1.0) / field.beside, vec2(-1.0), vec2(1.0));
+    let before = vec2(field.veils.z, field.veils.y);
+    let after = vec2(field.veils.w, field.veils.x);
+    let slope = 0.5 * (after - before);
+    let curve = 0.5 * (after + before) - field.veil;
+    return clamp(field.veil + dot(place, slope + place * curve), 0.0, 1.0);
+}
+
 // What a lens sees that touches tissue: a red glow, brightest where the lamp is, with soft dark vessels.
-fn flesh(from: vec2<f32>, far: f32) -> vec3<f32> {
-    let ray = field.ahead + field.right * from.x - field.up * from.y;
+fn flesh(off_middle: vec2<f32>, far: f32) -> vec3<f32> {
+    let ray = field.ahead + field.right * off_middle.x - field.up * off_middle.y;
     let place = field.place + PRESSED_MM * ray;
     let grain = 0.7 * noise(place * 0.9).w + 0.3 * noise(place * 2.3).w;
     return mix(FLESH_DARK, FLESH, smoothstep(0.15, 0.85, grain)) * (1.0 - 0.45 * far * far);
@@ -70,20 +81,18 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
         return textureLoad(picture, vec2<i32>(at), 0);
     }
     // From the middle, as a share of the field's radius; y is down.
-    let from = (at - field.area.xy - 0.5 * field.area.zw) / field.radius;
-    let far = length(from);
+    let off_middle = (at - field.area.xy - 0.5 * field.area.zw) / field.radius;
+    let far = length(off_middle);
     if far >= 1.0 {
         return vec4(0.0, 0.0, 0.0, 1.0);
     }
 
     // As `straight` in round_field.rs.
-    let straight = from * (1.0 - field.barrel + field.barrel * far * far);
-    let there = at + (straight - from) * field.radius;
+    let straight = off_middle * (1.0 - field.barrel + field.barrel * far * far);
+    let there = at + (straight - off_middle) * field.radius;
     var colour = between(there);
-    if field.veil > 0.0 {
-        // It comes in from where the tissue is.
-        let lean = dot(from, vec2(field.side.x, -field.side.y));
-        let veil = clamp(field.veil + 1.2 * lean * field.veil * (1.0 - field.veil), 0.0, 1.0);
+    let veil = veil_at(straight);
+    if veil > 0.0 {
         colour = mix(colour, blurred(there, BLUR * field.radius * veil), smoothstep(0.0, 0.3, veil));
         colour = mix(colour, flesh(straight, far), smoothstep(0.05, 0.95, veil));
     }
@@ -93,8 +102,8 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
 
     // A small notch that points inwards.
     let top = vec2(-sin(field.roll), -cos(field.roll));
-    let inwards = 1.0 - dot(from, top);
-    let aside = abs(from.x * top.y - from.y * top.x);
+    let inwards = 1.0 - dot(off_middle, top);
+    let aside = abs(off_middle.x * top.y - off_middle.y * top.x);
     if inwards < 0.055 && aside < 0.6 * (0.055 - inwards) {
         colour = vec3(0.0);
     }
