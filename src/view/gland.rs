@@ -10,7 +10,7 @@ use resecta_tissue::{Tissue, TissueTint};
 
 use super::{
     ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems,
-    material::{Look, Surface, ViewMaterial},
+    material::{Anatomy, Look, Surface, ViewMaterial},
     palette,
 };
 
@@ -30,7 +30,7 @@ fn dress(
     mut commands: Commands,
 ) {
     for (entity, tissue) in &glands {
-        let material = ViewMaterial::from(
+        let mut material = ViewMaterial::from(
             Look {
                 surface: Surface::Tissue as u32,
                 gloss: 0.55,
@@ -42,6 +42,7 @@ fn dress(
         );
         let mut tint = TissueTint::default();
         if let Some(active) = active.as_ref().filter(|active| active.tissue == entity) {
+            material.anatomy = Anatomy::of_case(&active.case);
             let dye = palette::MARK.with_alpha(palette::MARK_SHARE);
             for pentahedron in active.marked.pentahedra() {
                 let nodes = tissue.solver().pentahedron_nodes(pentahedron);
@@ -67,14 +68,18 @@ fn show_outside(
 ) {
     let Some(active) = active else { return };
     for (gland, mesh) in &glands {
-        let material = ViewMaterial::from(Look {
-            surface: Surface::Tissue as u32,
-            beyond: palette::PERIPHERAL,
-            section: sagittal(&active.case),
-            gloss: 0.25,
-            relief: 0.18,
+        let material = ViewMaterial {
+            look: Look {
+                surface: Surface::Tissue as u32,
+                beyond: palette::PERIPHERAL,
+                section: sagittal(&active.case),
+                gloss: 0.25,
+                relief: 0.18,
+                ..default()
+            },
+            anatomy: Anatomy::of_case(&active.case),
             ..default()
-        });
+        };
         commands.entity(gland).insert(ShownOutside).with_child((
             Name::new("Gland from outside"),
             Mesh3d(mesh.0.clone()),

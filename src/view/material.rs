@@ -2,6 +2,7 @@
 
 use bevy::{
     asset::embedded_asset,
+    math::{DVec2, DVec3, DVec4},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{MaterialPipeline, MaterialPipelineKey},
     prelude::*,
@@ -11,6 +12,7 @@ use bevy::{
     },
     shader::{ShaderRef, load_shader_library},
 };
+use resecta_anatomy::{BladderShape, Case};
 
 pub fn plugin(app: &mut App) {
     load_shader_library!(app, "noise.wgsl");
@@ -29,6 +31,9 @@ pub struct ViewMaterial {
     /// How it looks.
     #[uniform(0)]
     pub look: Look,
+    /// Where landmarks are that the shader draws on tissue and walls.
+    #[uniform(1)]
+    pub anatomy: Anatomy,
     /// Whether it lies over everything at any depth and lets it show through, by the alpha of colour and vertex.
     pub overlay: bool,
     /// Steps towards the viewer by which it wins over a surface at the same depth.
@@ -78,6 +83,76 @@ pub enum Surface {
     Solid = 2,
     /// Its colour alone, not lit.
     Flat = 3,
+    /// Mucosa that is not part of the gland: urethra and bladder.
+    Wall = 4,
+}
+
+/// Where a case's landmarks are at rest, mm, and 1; all 0 for one that it does not have.
+#[derive(ShaderType, Debug, Clone, PartialEq)]
+pub struct Anatomy {
+    /// x and y of the gland's middle line, and the heights below and above which its surface is that of its ends, where
+    /// urethra and bladder go on.
+    pub middle: Vec4,
+    /// The verumontanum, on the floor of the lumen.
+    pub verumontanum: Vec4,
+    /// The bladder neck.
+    pub neck: Vec4,
+    /// The external sphincter.
+    pub sphincter: Vec4,
+    /// The bladder's centre, and its radius.
+    pub bladder: Vec4,
+    /// The ureters' mouths, where they open through the bladder's wall.
+    pub orifices: [Vec4; 2],
+}
+
+impl Default for Anatomy {
+    /// None.
+    fn default() -> Self {
+        Self {
+            middle: Vec4::new(0.0, 0.0, f32::MIN, f32::MAX),
+            verumontanum: Vec4::ZERO,
+            neck: Vec4::ZERO,
+            sphincter: Vec4::ZERO,
+            bladder: Vec4::ZERO,
+            orifices: [Vec4::ZERO; 2],
+        }
+    }
+}
+
+/// Thickness of what is drawn as an end of the gland, mm.
+const END_MM: f64 = 0.3;
+
+impl Anatomy {
+    /// Of a case.
+    pub fn of_case(case: &Case) -> Self {
+        let marks = &case.landmarks;
+        let point = |place: Option<DVec3>| place.map_or(Vec4::ZERO, |place| place.as_vec3().extend(1.0));
+        let middle = case.slices.first().zip(case.slices.last()).map(|(first, last)| {
+            let capsule = &case.slices[case.slices.len() / 2].capsule;
+            let middle = capsule.iter().sum::<DVec2>() / capsule.len().max(1) as f64;
+            let [low, high] = [first.z + END_MM, last.z - END_MM];
+            DVec4::new(middle.x, middle.y, low, high).as_vec4()
+        });
+        let bladder = BladderShape::of_case(case);
+        Self {
+            middle: middle.unwrap_or(Self::default().middle),
+            verumontanum: point(marks.verumontanum),
+            neck: point(marks.bladder_neck),
+            sphincter: point(marks.external_sphincter),
+            bladder: bladder.map_or(Vec4::ZERO, |shape| {
+                shape.centre.as_vec3().extend(shape.radius_mm as f32)
+            }),
+            orifices: orifices(case).map_or([Vec4::ZERO; 2], |both| both.map(|place| place.extend(1.0))),
+        }
+    }
+}
+
+/// Where a case's ureters open through the bladder's wall, mm, the left one first. The rule that places them for a case that
+/// does not knows no wall.
+pub fn orifices(case: &Case) -> Option<[Vec3; 2]> {
+    let bladder = BladderShape::of_case(case)?;
+    let both = case.landmarks.ureteral_orifices?;
+    Some(both.map(|place| bladder.on_wall(place).as_vec3()))
 }
 
 impl Default for Look {

@@ -17,6 +17,7 @@
 //! | the round field, and how a telescope bends the picture | `round_field.rs`, `round_field.wgsl` |
 //! | what a lens sees that is pressed on tissue | `veil.rs` |
 //! | colours of the gland, the marked part | `gland.rs` |
+//! | the verumontanum as a mound | `mound.rs` |
 //! | the section of the outside view | `sections.rs` |
 //! | the instrument's body | `instrument.rs` |
 //! | bladder, urethra, landmarks | `surroundings.rs` |
@@ -29,6 +30,7 @@ mod chips;
 mod gland;
 mod instrument;
 mod material;
+mod mound;
 mod palette;
 mod pictures;
 mod round_field;
@@ -43,7 +45,8 @@ use bevy::{camera::visibility::RenderLayers, prelude::*};
 pub use adapter::{NoAdapter, adapter_available};
 pub use cameras::{EndoscopeCamera, OutsideCamera, endoscope_camera, outside_camera};
 pub(crate) use instrument::BEAK_MM;
-pub use material::{Look, Surface, ViewMaterial};
+pub(crate) use material::orifices;
+pub use material::{Anatomy, Look, Surface, ViewMaterial};
 pub use pictures::{PICTURE_SIZE, PictureError, Pictures, PicturesPlugin, finish_pictures};
 pub(crate) use round_field::shown_at;
 pub use surroundings::Landmark;
@@ -96,6 +99,7 @@ impl Plugin for ViewPlugin {
             veil::plugin,
             round_field::plugin,
             gland::plugin,
+            mound::plugin,
             sections::plugin,
             instrument::plugin,
             surroundings::plugin,
