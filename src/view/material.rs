@@ -34,10 +34,22 @@ pub struct ViewMaterial {
     /// Where landmarks are that the shader draws on tissue and walls.
     #[uniform(1)]
     pub anatomy: Anatomy,
-    /// Whether it lies over everything at any depth and lets it show through, by the alpha of colour and vertex.
-    pub overlay: bool,
+    /// What it lets show through.
+    pub cover: Cover,
     /// Steps towards the viewer by which it wins over a surface at the same depth.
     pub nearer: i32,
+}
+
+/// What a [`ViewMaterial`] lets show through, by the alpha of colour and vertex.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Cover {
+    /// Nothing.
+    #[default]
+    Opaque,
+    /// What lies behind it; what lies before it hides it.
+    Among,
+    /// Everything: it lies over all at any depth.
+    Over,
 }
 
 /// How a [`ViewMaterial`] looks.
@@ -85,6 +97,8 @@ pub enum Surface {
     Flat = 3,
     /// Mucosa that is not part of the gland: urethra and bladder.
     Wall = 4,
+    /// Soft discs of blood in the water, lit from all sides; texture coordinates from -1 to 1.
+    Cloud = 5,
 }
 
 /// Where a case's landmarks are at rest, mm, and 1; all 0 for one that it does not have.
@@ -196,16 +210,15 @@ impl From<Look> for ViewMaterial {
 
 /// What of a material decides the pipeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[repr(C)]
 pub struct PipelineKey {
-    overlay: bool,
+    cover: Cover,
     nearer: i32,
 }
 
 impl From<&ViewMaterial> for PipelineKey {
     fn from(material: &ViewMaterial) -> Self {
         PipelineKey {
-            overlay: material.overlay,
+            cover: material.cover,
             nearer: material.nearer,
         }
     }
@@ -217,10 +230,9 @@ impl Material for ViewMaterial {
     }
 
     fn alpha_mode(&self) -> AlphaMode {
-        if self.overlay {
-            AlphaMode::Blend
-        } else {
-            AlphaMode::Opaque
+        match self.cover {
+            Cover::Opaque => AlphaMode::Opaque,
+            Cover::Among | Cover::Over => AlphaMode::Blend,
         }
     }
 
@@ -238,7 +250,7 @@ impl Material for ViewMaterial {
         descriptor.primitive.cull_mode = None;
         if let Some(depth) = &mut descriptor.depth_stencil {
             depth.bias.constant = key.bind_group_data.nearer;
-            if key.bind_group_data.overlay {
+            if key.bind_group_data.cover == Cover::Over {
                 depth.depth_compare = Some(CompareFunction::Always);
             }
         }

@@ -11,7 +11,7 @@
 //! | to find | look in |
 //! |---|---|
 //! | where a camera stands and what it sees | `cameras.rs` |
-//! | blood in the water and from vessels | `blood.rs` |
+//! | blood in the water, on the lens and on vessels; jets | `blood.rs`, `jets.rs` |
 //! | what strokes cut free | `chips.rs` |
 //! | sparks, glow and bubbles at the wire | `sparks.rs` |
 //! | the round field, and how a telescope bends the picture | `round_field.rs`, `round_field.wgsl` |
@@ -29,6 +29,7 @@ mod cameras;
 mod chips;
 mod gland;
 mod instrument;
+mod jets;
 mod material;
 mod mound;
 mod palette;
@@ -46,7 +47,7 @@ pub use adapter::{NoAdapter, adapter_available};
 pub use cameras::{EndoscopeCamera, OutsideCamera, endoscope_camera, outside_camera};
 pub(crate) use instrument::BEAK_MM;
 pub(crate) use material::orifices;
-pub use material::{Anatomy, Look, Surface, ViewMaterial};
+pub use material::{Anatomy, Cover, Look, Surface, ViewMaterial};
 pub use pictures::{PICTURE_SIZE, PictureError, Pictures, PicturesPlugin, finish_pictures};
 pub(crate) use round_field::shown_at;
 pub use surroundings::Landmark;
@@ -93,6 +94,7 @@ impl Plugin for ViewPlugin {
         app.add_plugins((
             material::plugin,
             blood::plugin,
+            jets::plugin,
             chips::plugin,
             sparks::plugin,
             cameras::plugin,

@@ -42,6 +42,7 @@ const SECTION: u32 = 1u;
 const SOLID: u32 = 2u;
 const FLAT: u32 = 3u;
 const WALL: u32 = 4u;
+const CLOUD: u32 = 5u;
 
 // As `MURK` in palette.rs.
 const MURK: vec3<f32> = vec3(0.150, 0.012, 0.008);
@@ -229,6 +230,17 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
         out.color = vec4(look.colour.rgb * vertex.rgb, look.colour.a * vertex.a);
         return out;
     }
+
+#ifdef VERTEX_UVS_A
+    if look.surface == CLOUD {
+        let far = length(place - eye);
+        let near = look.reach_mm / (look.reach_mm + far);
+        let lit = mix(MURK, 1.25 * vertex.rgb * near * near, exp(-look.extinction * far)) * look.brightness;
+        let soft = clamp(1.0 - dot(in.uv, in.uv), 0.0, 1.0);
+        out.color = vec4(develop(mix(lit, BLOOD_ON_LENS, look.covered)), vertex.a * soft * soft);
+        return out;
+    }
+#endif
 
     if look.surface == SECTION {
         out.color = vec4(develop(section_face(look.colour.rgb * vertex.rgb, eye, ray)), 1.0);
