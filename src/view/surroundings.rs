@@ -75,6 +75,8 @@ fn surround(
         ..wall.clone().under_lamp()
     };
     let outside = Look {
+        // Seen from so far, vessels and folds would cost more than they show.
+        surface: Surface::Solid as u32,
         section: sagittal(&active.case),
         brightness: 0.55,
         relief: 0.15,

@@ -108,30 +108,42 @@ fn mucosa(rest: vec3<f32>, colour: vec3<f32>, coarse: vec4<f32>, fine: vec4<f32>
     skin.colour *= mix(vec3(1.0), vec3(0.96, 1.22, 1.20), vesical);
 
     // Vessels under it, that taper and end, mostly along the urethra.
-    let stem = noise(rest * vec3(0.46, 0.46, 0.30) + coarse.xyz * 0.12);
-    let twig = noise(rest * vec3(1.3, 1.3, 0.8) + vec3(40.0, 0.0, 9.0) + fine.xyz * 0.06);
-    let strong = smoothstep(0.35, 0.80, coarse.w);
-    let vessel = max(0.70 * line(stem, 0.045 * strong), 0.40 * line(twig, 0.075 * (1.0 - strong)));
+    let strong = smoothstep(0.40, 0.80, coarse.w);
+    var vessel = 0.0;
+    if strong > 0.0 {
+        let stem = noise(rest * vec3(0.46, 0.46, 0.30) + coarse.xyz * 0.12);
+        vessel = 0.70 * line(stem, 0.045 * strong);
+    }
+    if strong < 0.9 {
+        let twig = noise(rest * vec3(1.3, 1.3, 0.8) + vec3(40.0, 0.0, 9.0) + fine.xyz * 0.06);
+        vessel = max(vessel, 0.40 * line(twig, 0.075 * (0.9 - strong)));
+    }
     skin.colour *= mix(vec3(1.0), vec3(0.70, 0.36, 0.38), vessel) * (0.88 + 0.24 * coarse.w);
 
     // The bladder neck: circular fibres raise it in narrow rings.
-    let ring = bell(above_neck / 2.0) * anatomy.neck.w;
-    skin.rise.z += 1.3 * ring * cos(7.0 * rest.z + 3.0 * coarse.w);
-    skin.colour *= mix(vec3(1.0), vec3(1.04, 0.86, 0.84), ring);
+    if anatomy.neck.w > 0.0 && abs(above_neck) < 5.0 {
+        let ring = bell(above_neck / 2.0);
+        skin.rise.z += 1.3 * ring * cos(7.0 * rest.z + 3.0 * coarse.w);
+        skin.colour *= mix(vec3(1.0), vec3(1.04, 0.86, 0.84), ring);
+    }
     // The external sphincter: the mucosa gathers in rings.
-    let gathered = bell((rest.z - anatomy.sphincter.z) / 4.0) * anatomy.sphincter.w;
-    skin.rise.z += 2.2 * gathered * cos(5.5 * rest.z + 2.0 * coarse.w);
-    skin.colour *= mix(vec3(1.0), vec3(0.95, 0.78, 0.78), gathered);
-
+    let above_sphincter = rest.z - anatomy.sphincter.z;
+    if anatomy.sphincter.w > 0.0 && abs(above_sphincter) < 10.0 {
+        let gathered = bell(above_sphincter / 4.0);
+        skin.rise.z += 2.2 * gathered * cos(5.5 * rest.z + 2.0 * coarse.w);
+        skin.colour *= mix(vec3(1.0), vec3(0.95, 0.78, 0.78), gathered);
+    }
     // The verumontanum: smooth and pale, with the mouth of the utricle.
     let away = rest - anatomy.verumontanum.xyz;
-    let mound = bell(length(away * vec3(0.42, 0.30, 0.24))) * anatomy.verumontanum.w;
-    skin.colour = mix(skin.colour, colour * vec3(1.22, 2.25, 1.75), 0.85 * mound);
-    skin.rise *= 1.0 - 0.8 * mound;
-    skin.gloss += 0.4 * mound;
-    let mouth = length(vec2(away.x / 0.35, (away.z - 0.6) / 0.75));
-    let is_floor = step(abs(away.y), 2.5) * anatomy.verumontanum.w;
-    skin.colour = mix(skin.colour, vec3(0.10, 0.015, 0.010), 0.9 * is_floor * (1.0 - smoothstep(0.55, 1.1, mouth)));
+    if anatomy.verumontanum.w > 0.0 && dot(away, away) < 100.0 {
+        let mound = bell(length(away * vec3(0.42, 0.30, 0.24)));
+        skin.colour = mix(skin.colour, colour * vec3(1.22, 2.25, 1.75), 0.85 * mound);
+        skin.rise *= 1.0 - 0.8 * mound;
+        skin.gloss += 0.4 * mound;
+        let mouth = length(vec2(away.x / 0.35, (away.z - 0.6) / 0.75));
+        let open = step(abs(away.y), 2.5) * (1.0 - smoothstep(0.55, 1.1, mouth));
+        skin.colour = mix(skin.colour, vec3(0.10, 0.015, 0.010), 0.9 * open);
+    }
     return skin;
 }
 
