@@ -1,4 +1,4 @@
-//! Blood in the endoscope's view: clouded water, a lens that a jet has hit, and the open vessels themselves.
+//! Blood in the endoscope's view: clouded water, a lens that a jet has hit, and the drops on open vessels.
 
 use bevy::{camera::visibility::RenderLayers, prelude::*};
 use resecta_fluid::{RedOut, Turbidity, VesselKind, Vessels};
@@ -10,12 +10,9 @@ use super::{
     palette,
 };
 
-/// Length of a jet for each ml/s, mm, and the longest that is drawn. Our choice: a jet of an artery of 4 ml/min is seen as
-/// some millimetres.
-const JET_MM_PER_ML_S: f32 = 70.0;
-const LONGEST_JET_MM: f32 = 12.0;
-/// Radius of what oozes from a vein, mm.
-const OOZE_MM: f32 = 1.1;
+/// Radius of the drop on a bleeding vein, mm, and of that on an artery for each mm of its width.
+const OOZE_MM: f32 = 0.9;
+const DROP_PER_MM: f32 = 0.8;
 
 pub fn plugin(app: &mut App) {
     app.init_resource::<Water>()
@@ -77,17 +74,16 @@ fn cloud(
 #[derive(Component)]
 struct ShownVessel;
 
-/// The meshes and the material of open vessels.
+/// The mesh and the material of open vessels.
 struct Shapes {
-    jet: Handle<Mesh>,
-    ooze: Handle<Mesh>,
+    drop: Handle<Mesh>,
     blood: Handle<ViewMaterial>,
 }
 
-/// Puts a jet on every open artery and a drop on every open vein.
+/// Puts a drop on every open vessel; what leaves it is in `jets.rs`.
 fn draw_vessels(
     vessels: Query<&Vessels>,
-    mut shown: Query<(&mut Mesh3d, &mut Transform, &mut Visibility), With<ShownVessel>>,
+    mut shown: Query<(&mut Transform, &mut Visibility), With<ShownVessel>>,
     mut shapes: Local<Option<Shapes>>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<ViewMaterial>>,
@@ -96,13 +92,7 @@ fn draw_vessels(
     let mut free = shown.iter_mut();
     for vessel in vessels.iter().flat_map(Vessels::open) {
         let shapes = shapes.get_or_insert_with(|| Shapes {
-            // Its tip at the origin, so that it opens away from the vessel.
-            jet: meshes.add(
-                Mesh::from(Cone::new(1.0, 1.0))
-                    .rotated_by(Quat::from_rotation_x(std::f32::consts::PI))
-                    .translated_by(Vec3::Y * 0.5),
-            ),
-            ooze: meshes.add(Sphere::new(1.0)),
+            drop: meshes.add(Sphere::new(1.0)),
             blood: materials.add(ViewMaterial::from(
                 Look {
                     colour: palette::BLOOD,
@@ -114,32 +104,25 @@ fn draw_vessels(
                 .under_lamp(),
             )),
         });
-        let wide = 0.5 * vessel.vessel.diameter_mm;
-        let (mesh, scale) = match vessel.vessel.kind {
-            VesselKind::Arterial => {
-                let length = (JET_MM_PER_ML_S * vessel.rate_ml_per_s as f32).min(LONGEST_JET_MM);
-                (&shapes.jet, Vec3::new(2.0 * wide, length, 2.0 * wide))
-            }
-            VesselKind::Venous => (
-                &shapes.ooze,
-                Vec3::new(OOZE_MM, 0.35 * OOZE_MM, OOZE_MM) * vessel.share as f32,
-            ),
+        let wide = match vessel.vessel.kind {
+            VesselKind::Arterial => DROP_PER_MM * vessel.vessel.diameter_mm,
+            VesselKind::Venous => OOZE_MM * vessel.share as f32,
         };
+        let scale = Vec3::new(1.0, 0.35, 1.0) * wide;
         let transform = Transform {
             translation: vessel.place,
             rotation: Quat::from_rotation_arc(Vec3::Y, vessel.direction.normalize_or(Vec3::Y)),
             scale: scale.max(Vec3::splat(1e-3)),
         };
         match free.next() {
-            Some((mut shape, mut place, mut visibility)) => {
-                shape.set_if_neq(Mesh3d(mesh.clone()));
+            Some((mut place, mut visibility)) => {
                 *place = transform;
                 visibility.set_if_neq(Visibility::Inherited);
             }
             None => {
                 commands.spawn((
                     ShownVessel,
-                    Mesh3d(mesh.clone()),
+                    Mesh3d(shapes.drop.clone()),
                     MeshMaterial3d(shapes.blood.clone()),
                     RenderLayers::layer(ENDOSCOPE_LAYER),
                     transform,
@@ -147,7 +130,7 @@ fn draw_vessels(
             }
         }
     }
-    for (.., mut visibility) in free {
+    for (_, mut visibility) in free {
         visibility.set_if_neq(Visibility::Hidden);
     }
 }

@@ -5,14 +5,15 @@ use bevy::{
     core_pipeline::{prepass::DepthPrepass, tonemapping::Tonemapping},
     prelude::*,
 };
-use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::ActiveExercise;
-use resecta_tissue::{TissueProbe, TissueSystems};
 
-use super::{ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems, between::Drawn, blood::Water, gland::sagittal, palette};
+use super::{
+    ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems, between::Drawn, blood::Water, gland::sagittal, palette,
+    round_field::RoundField, veil::Veil,
+};
 
 /// Nearest distance that is drawn, mm. Tissue may nearly touch the lens.
-pub(super) const NEAR_MM: f32 = 0.05;
+const NEAR_MM: f32 = 0.05;
 /// What is seen where there is nothing lies so far away, mm.
 const FAR_MM: f32 = 40.0;
 /// Vertical angle of the outside view, degrees.
@@ -25,7 +26,6 @@ const ABOVE_MM: f32 = 12.0;
 pub fn plugin(app: &mut App) {
     app.register_type::<EndoscopeCamera>()
         .register_type::<OutsideCamera>()
-        .add_systems(FixedPostUpdate, ask_at_lens.before(TissueSystems::WriteBack))
         .add_systems(Update, (follow_lens, go_round).in_set(ViewSystems::Follow));
 }
 
@@ -83,7 +83,8 @@ impl OutsideCamera {
 pub fn endoscope_camera() -> impl Bundle {
     (
         EndoscopeCamera,
-        TissueProbe::default(),
+        Veil::default(),
+        RoundField::default(),
         Camera3d::default(),
         Projection::Perspective(PerspectiveProjection {
             near: NEAR_MM,
@@ -121,21 +122,7 @@ pub(super) fn endoscope_background() -> Color {
     palette::DEEP.into()
 }
 
-/// Asks whether the lens lies in tissue, where it is in this step.
-fn ask_at_lens(
-    active: Option<Res<ActiveExercise>>,
-    instruments: Query<(&Resectoscope, &InstrumentState)>,
-    mut probes: Query<&mut TissueProbe, With<EndoscopeCamera>>,
-) {
-    let Some((scope, state)) = active.and_then(|active| instruments.get(active.instrument).ok()) else {
-        return;
-    };
-    for mut probe in &mut probes {
-        probe.point = scope.lens_pose(state).translation.into();
-    }
-}
-
-fn follow_lens(
+pub(super) fn follow_lens(
     active: Option<Res<ActiveExercise>>,
     instruments: Query<Drawn>,
     water: Res<Water>,

@@ -6,18 +6,16 @@ use bevy::{
 };
 use resecta_anatomy::Case;
 use resecta_scenario::ActiveExercise;
-use resecta_tissue::{Tissue, TissueProbe, TissueTint};
+use resecta_tissue::{Tissue, TissueTint};
 
 use super::{
     ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems,
-    cameras::EndoscopeCamera,
-    material::{Look, Surface, ViewMaterial},
+    material::{Anatomy, Look, Surface, ViewMaterial},
     palette,
 };
 
 pub fn plugin(app: &mut App) {
-    app.add_systems(Update, (dress, show_outside).chain().in_set(ViewSystems::Dress))
-        .add_systems(Update, red_out.in_set(ViewSystems::Follow));
+    app.add_systems(Update, (dress, show_outside).chain().in_set(ViewSystems::Dress));
 }
 
 /// A gland whose copy the outside view has.
@@ -32,7 +30,7 @@ fn dress(
     mut commands: Commands,
 ) {
     for (entity, tissue) in &glands {
-        let material = ViewMaterial::from(
+        let mut material = ViewMaterial::from(
             Look {
                 surface: Surface::Tissue as u32,
                 gloss: 0.55,
@@ -44,6 +42,7 @@ fn dress(
         );
         let mut tint = TissueTint::default();
         if let Some(active) = active.as_ref().filter(|active| active.tissue == entity) {
+            material.anatomy = Anatomy::of_case(&active.case);
             let dye = palette::MARK.with_alpha(palette::MARK_SHARE);
             for pentahedron in active.marked.pentahedra() {
                 let nodes = tissue.solver().pentahedron_nodes(pentahedron);
@@ -60,34 +59,6 @@ fn dress(
     }
 }
 
-/// Distances of the lens from the tissue's surface, mm, negative inside, at which red-out begins and is full: it touches the
-/// wall before it is in it.
-const RED_OUT_MM: [f32; 2] = [0.2, -0.2];
-
-/// Reddens the gland from behind while the lens lies in tissue.
-fn red_out(
-    lenses: Query<&TissueProbe, With<EndoscopeCamera>>,
-    glands: Query<&MeshMaterial3d<ViewMaterial>, With<Tissue>>,
-    mut materials: ResMut<Assets<ViewMaterial>>,
-) {
-    let [begins, full] = RED_OUT_MM;
-    let share = |probe: &TissueProbe| {
-        let distance = probe.distance_mm.unwrap_or(f32::INFINITY);
-        let signed = if probe.inside { -distance } else { distance };
-        ((begins - signed) / (begins - full)).clamp(0.0, 1.0)
-    };
-    let in_tissue = lenses.iter().map(share).fold(0.0, f32::max);
-    for gland in &glands {
-        if materials
-            .get(gland)
-            .is_some_and(|material| material.look.in_tissue != in_tissue)
-            && let Some(mut material) = materials.get_mut(gland)
-        {
-            material.look.in_tissue = in_tissue;
-        }
-    }
-}
-
 /// Shows the same mesh once more in the outside view, cut open.
 fn show_outside(
     active: Option<Res<ActiveExercise>>,
@@ -97,14 +68,18 @@ fn show_outside(
 ) {
     let Some(active) = active else { return };
     for (gland, mesh) in &glands {
-        let material = ViewMaterial::from(Look {
-            surface: Surface::Tissue as u32,
-            beyond: palette::PERIPHERAL,
-            section: sagittal(&active.case),
-            gloss: 0.25,
-            relief: 0.18,
+        let material = ViewMaterial {
+            look: Look {
+                surface: Surface::Tissue as u32,
+                beyond: palette::PERIPHERAL,
+                section: sagittal(&active.case),
+                gloss: 0.25,
+                relief: 0.18,
+                ..default()
+            },
+            anatomy: Anatomy::of_case(&active.case),
             ..default()
-        });
+        };
         commands.entity(gland).insert(ShownOutside).with_child((
             Name::new("Gland from outside"),
             Mesh3d(mesh.0.clone()),

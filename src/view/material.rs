@@ -2,6 +2,7 @@
 
 use bevy::{
     asset::embedded_asset,
+    math::{DVec2, DVec3, DVec4},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{MaterialPipeline, MaterialPipelineKey},
     prelude::*,
@@ -9,10 +10,12 @@ use bevy::{
     render::render_resource::{
         AsBindGroup, CompareFunction, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError,
     },
-    shader::ShaderRef,
+    shader::{ShaderRef, load_shader_library},
 };
+use resecta_anatomy::{BladderShape, Case};
 
 pub fn plugin(app: &mut App) {
+    load_shader_library!(app, "noise.wgsl");
     embedded_asset!(app, "view.wgsl");
     app.add_plugins(MaterialPlugin::<ViewMaterial>::default());
 }
@@ -28,10 +31,25 @@ pub struct ViewMaterial {
     /// How it looks.
     #[uniform(0)]
     pub look: Look,
-    /// Whether it lies over everything at any depth and lets it show through, by the alpha of colour and vertex.
-    pub overlay: bool,
+    /// Where landmarks are that the shader draws on tissue and walls.
+    #[uniform(1)]
+    pub anatomy: Anatomy,
+    /// What it lets show through.
+    pub cover: Cover,
     /// Steps towards the viewer by which it wins over a surface at the same depth.
     pub nearer: i32,
+}
+
+/// What a [`ViewMaterial`] lets show through, by the alpha of colour and vertex.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Cover {
+    /// Nothing.
+    #[default]
+    Opaque,
+    /// What lies behind it; what lies before it hides it.
+    Among,
+    /// Everything: it lies over all at any depth.
+    Over,
 }
 
 /// How a [`ViewMaterial`] looks.
@@ -59,8 +77,6 @@ pub struct Look {
     pub field_cos: f32,
     /// What it is, a [`Surface`].
     pub surface: u32,
-    /// How far the lens lies in tissue, from 0, not at all, to 1: [`Surface::Tissue`] is then red from behind.
-    pub in_tissue: f32,
     /// Light that clouded water takes on the way from the surface to the lens, for each mm; 0 in clear water.
     pub extinction: f32,
     /// Share of the lens that blood covers, 0 to 1.
@@ -71,7 +87,7 @@ pub struct Look {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Surface {
-    /// Gland: seen from behind it is the section's colour, the red of a lens that lies in tissue, or a fold.
+    /// Gland: seen from behind it is the section's colour, or a fold.
     Tissue = 0,
     /// The section itself: evenly lit, with the grain of tissue.
     Section = 1,
@@ -79,6 +95,78 @@ pub enum Surface {
     Solid = 2,
     /// Its colour alone, not lit.
     Flat = 3,
+    /// Mucosa that is not part of the gland: urethra and bladder.
+    Wall = 4,
+    /// Soft discs of blood in the water, lit from all sides; texture coordinates from -1 to 1.
+    Cloud = 5,
+}
+
+/// Where a case's landmarks are at rest, mm, and 1; all 0 for one that it does not have.
+#[derive(ShaderType, Debug, Clone, PartialEq)]
+pub struct Anatomy {
+    /// x and y of the gland's middle line, and the heights below and above which its surface is that of its ends, where
+    /// urethra and bladder go on.
+    pub middle: Vec4,
+    /// The verumontanum, on the floor of the lumen.
+    pub verumontanum: Vec4,
+    /// The bladder neck.
+    pub neck: Vec4,
+    /// The external sphincter.
+    pub sphincter: Vec4,
+    /// The bladder's centre, and its radius.
+    pub bladder: Vec4,
+    /// The ureters' mouths, where they open through the bladder's wall.
+    pub orifices: [Vec4; 2],
+}
+
+impl Default for Anatomy {
+    /// None.
+    fn default() -> Self {
+        Self {
+            middle: Vec4::new(0.0, 0.0, f32::MIN, f32::MAX),
+            verumontanum: Vec4::ZERO,
+            neck: Vec4::ZERO,
+            sphincter: Vec4::ZERO,
+            bladder: Vec4::ZERO,
+            orifices: [Vec4::ZERO; 2],
+        }
+    }
+}
+
+/// Thickness of what is drawn as an end of the gland, mm.
+const END_MM: f64 = 0.3;
+
+impl Anatomy {
+    /// Of a case.
+    pub fn of_case(case: &Case) -> Self {
+        let marks = &case.landmarks;
+        let point = |place: Option<DVec3>| place.map_or(Vec4::ZERO, |place| place.as_vec3().extend(1.0));
+        let middle = case.slices.first().zip(case.slices.last()).map(|(first, last)| {
+            let capsule = &case.slices[case.slices.len() / 2].capsule;
+            let middle = capsule.iter().sum::<DVec2>() / capsule.len().max(1) as f64;
+            let [low, high] = [first.z + END_MM, last.z - END_MM];
+            DVec4::new(middle.x, middle.y, low, high).as_vec4()
+        });
+        let bladder = BladderShape::of_case(case);
+        Self {
+            middle: middle.unwrap_or(Self::default().middle),
+            verumontanum: point(marks.verumontanum),
+            neck: point(marks.bladder_neck),
+            sphincter: point(marks.external_sphincter),
+            bladder: bladder.map_or(Vec4::ZERO, |shape| {
+                shape.centre.as_vec3().extend(shape.radius_mm as f32)
+            }),
+            orifices: orifices(case).map_or([Vec4::ZERO; 2], |both| both.map(|place| place.extend(1.0))),
+        }
+    }
+}
+
+/// Where a case's ureters open through the bladder's wall, mm, the left one first. The rule that places them for a case that
+/// does not knows no wall.
+pub fn orifices(case: &Case) -> Option<[Vec3; 2]> {
+    let bladder = BladderShape::of_case(case)?;
+    let both = case.landmarks.ureteral_orifices?;
+    Some(both.map(|place| bladder.on_wall(place).as_vec3()))
 }
 
 impl Default for Look {
@@ -96,7 +184,6 @@ impl Default for Look {
             brightness: 1.0,
             field_cos: -1.0,
             surface: Surface::Solid as u32,
-            in_tissue: 0.0,
             extinction: 0.0,
             covered: 0.0,
         }
@@ -123,16 +210,15 @@ impl From<Look> for ViewMaterial {
 
 /// What of a material decides the pipeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[repr(C)]
 pub struct PipelineKey {
-    overlay: bool,
+    cover: Cover,
     nearer: i32,
 }
 
 impl From<&ViewMaterial> for PipelineKey {
     fn from(material: &ViewMaterial) -> Self {
         PipelineKey {
-            overlay: material.overlay,
+            cover: material.cover,
             nearer: material.nearer,
         }
     }
@@ -144,10 +230,9 @@ impl Material for ViewMaterial {
     }
 
     fn alpha_mode(&self) -> AlphaMode {
-        if self.overlay {
-            AlphaMode::Blend
-        } else {
-            AlphaMode::Opaque
+        match self.cover {
+            Cover::Opaque => AlphaMode::Opaque,
+            Cover::Among | Cover::Over => AlphaMode::Blend,
         }
     }
 
@@ -165,7 +250,7 @@ impl Material for ViewMaterial {
         descriptor.primitive.cull_mode = None;
         if let Some(depth) = &mut descriptor.depth_stencil {
             depth.bias.constant = key.bind_group_data.nearer;
-            if key.bind_group_data.overlay {
+            if key.bind_group_data.cover == Cover::Over {
                 depth.depth_compare = Some(CompareFunction::Always);
             }
         }

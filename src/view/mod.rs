@@ -4,7 +4,7 @@
 //! bladder, urethra and landmarks around them. It moves every camera that is an [`EndoscopeCamera`] or an
 //! [`OutsideCamera`] and spawns none itself: the game gives them a window ([`crate::game`]), [`PicturesPlugin`] images.
 //!
-//! Everything wears one material with one small shader (`material.rs`, `view.wgsl`) that brings its own light: the only
+//! Everything wears one material with one shader (`material.rs`, `view.wgsl`) that brings its own light: the only
 //! lamp of an endoscopy sits beside the lens, so that a general lighting model would cost much and add nothing, and the
 //! program stays usable on a software renderer.
 //!
@@ -12,11 +12,13 @@
 //! |---|---|
 //! | what is drawn between two steps | `between.rs` |
 //! | where a camera stands and what it sees | `cameras.rs` |
-//! | blood in the water and from vessels | `blood.rs` |
+//! | blood in the water, on the lens and on vessels; jets | `blood.rs`, `jets.rs` |
 //! | what strokes cut free | `chips.rs` |
 //! | sparks, glow and bubbles at the wire | `sparks.rs` |
-//! | the round field | `round_field.rs` |
+//! | the round field, and how a telescope bends the picture | `round_field.rs`, `round_field.wgsl` |
+//! | what a lens sees that is pressed on tissue | `veil.rs` |
 //! | colours of the gland, the marked part | `gland.rs` |
+//! | the verumontanum as a mound | `mound.rs` |
 //! | the section of the outside view | `sections.rs` |
 //! | the instrument's body | `instrument.rs` |
 //! | bladder, urethra, landmarks | `surroundings.rs` |
@@ -29,7 +31,9 @@ mod cameras;
 mod chips;
 mod gland;
 mod instrument;
+mod jets;
 mod material;
+mod mound;
 mod palette;
 mod pictures;
 mod round_field;
@@ -37,6 +41,7 @@ mod sections;
 mod shapes;
 mod sparks;
 mod surroundings;
+mod veil;
 
 use bevy::{camera::visibility::RenderLayers, prelude::*};
 
@@ -44,9 +49,11 @@ pub use adapter::{NoAdapter, adapter_available};
 pub use between::DrawBetweenSteps;
 pub use cameras::{EndoscopeCamera, OutsideCamera, endoscope_camera, outside_camera};
 pub(crate) use instrument::BEAK_MM;
-pub use material::{Look, Surface, ViewMaterial};
+pub(crate) use material::orifices;
+pub use material::{Anatomy, Cover, Look, Surface, ViewMaterial};
 pub(crate) use pictures::save_picture;
 pub use pictures::{PICTURE_SIZE, PictureError, Pictures, PicturesPlugin, finish_pictures};
+pub(crate) use round_field::shown_at;
 pub use surroundings::Landmark;
 
 /// What only the endoscope shows.
@@ -95,11 +102,14 @@ impl Plugin for ViewPlugin {
             material::plugin,
             between::plugin,
             blood::plugin,
+            jets::plugin,
             chips::plugin,
             sparks::plugin,
             cameras::plugin,
+            veil::plugin,
             round_field::plugin,
             gland::plugin,
+            mound::plugin,
             sections::plugin,
             instrument::plugin,
             surroundings::plugin,

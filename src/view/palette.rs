@@ -4,12 +4,15 @@ use bevy::prelude::*;
 use resecta_anatomy::Zone;
 use resecta_tissue::TissueColours;
 
-/// Vertex alpha that tells the shader what a surface is; materials here are opaque and use alpha for nothing else.
+/// Vertex alpha that tells the shader what a surface is; materials here are opaque and use alpha for nothing else. In the order in
+/// which a cut meets them, for between vertices it is interpolated.
 pub const MUCOSA: f32 = 1.0;
+/// As [`MUCOSA`]: cut adenoma.
+pub const CUT: f32 = 0.6;
+/// As [`MUCOSA`]: cut tissue between the adenoma and the capsule, whose fibres tell to stop.
+pub const FIBROUS: f32 = 0.25;
 /// As [`MUCOSA`].
-pub const CAPSULE: f32 = 0.75;
-/// As [`MUCOSA`].
-pub const CUT: f32 = 0.5;
+pub const CAPSULE: f32 = 0.0;
 
 /// The dye on marked tissue: no tissue is blue, so it cannot be taken for any.
 pub const MARK: LinearRgba = LinearRgba::new(0.03, 0.17, 0.48, 1.0);
@@ -51,11 +54,11 @@ pub fn tissue() -> TissueColours {
     let colour = |red, green, blue, kind| LinearRgba::new(red, green, blue, kind);
     let mut cut = [colour(0.80, 0.47, 0.28, CUT); Zone::COUNT];
     cut[Zone::MiddleLobe.index()] = colour(0.84, 0.52, 0.32, CUT);
-    cut[Zone::Peripheral.index()] = colour(0.66, 0.30, 0.22, CUT);
+    cut[Zone::Peripheral.index()] = colour(0.66, 0.30, 0.22, FIBROUS);
     TissueColours {
         mucosa: colour(0.66, 0.19, 0.15, MUCOSA),
         capsule: colour(0.62, 0.44, 0.38, CAPSULE),
         cut,
-        coagulated: colour(0.34, 0.22, 0.10, CUT),
+        coagulated: colour(0.44, 0.29, 0.14, CUT),
     }
 }

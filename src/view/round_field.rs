@@ -1,124 +1,156 @@
-//! The round field: a black mask with a soft edge in front of the endoscope's camera, and the mark of 12 o'clock on its rim.
-
-use std::f32::consts::TAU;
+//! The round field: what the eye sees of the lens's picture, as a pass over the finished picture.
+//!
+//! Bent as by a telescope ([`BARREL`]), darker towards the rim, black outside, the mark of 12 o'clock on the rim, and the
+//! [`Veil`] of tissue at the lens. What is drawn in the window beside the endoscope's picture stays as it is.
 
 use bevy::{
-    camera::visibility::{NoFrustumCulling, RenderLayers},
+    asset::embedded_asset,
+    core_pipeline::fullscreen_material::{FullscreenMaterial, FullscreenMaterialPlugin},
     prelude::*,
+    render::{extract_component::ExtractComponent, render_resource::ShaderType},
+    shader::ShaderRef,
 };
-use resecta_instrument::Resectoscope;
 use resecta_scenario::ActiveExercise;
 
 use super::{
-    ENDOSCOPE_LAYER, ViewSystems,
+    ViewSystems,
     between::Drawn,
-    cameras::{EndoscopeCamera, NEAR_MM},
-    material::{Look, Surface, ViewMaterial},
-    shapes::Shape,
+    cameras::{EndoscopeCamera, follow_lens},
+    veil::Veil,
 };
 
-/// Distance of the mask from the lens, mm: just behind the nearest that is drawn.
-const DISTANCE_MM: f32 = NEAR_MM * 1.2;
-/// Points around the circle.
-const POINTS: usize = 180;
-/// Radius, as a share of the field's, and darkness of the mask's rings. Lenses darken towards the edge.
-const RINGS: [(f32, f32); 6] = [
-    (0.55, 0.0),
-    (0.80, 0.12),
-    (0.94, 0.38),
-    (0.985, 0.75),
-    (1.0, 1.0),
-    (8.0, 1.0),
-];
+/// Barrel distortion: the rim lies by this share of its distance nearer to the middle than it would at the scale of the middle.
+/// 10 to 15 % is common for telescopes (practice). The rim itself stays where it is, and with it the field of view.
+const BARREL: f32 = 0.12;
 
 pub fn plugin(app: &mut App) {
-    app.add_systems(Update, add_mask.in_set(ViewSystems::Dress))
-        .add_systems(Update, turn_mark.in_set(ViewSystems::Follow));
+    embedded_asset!(app, "round_field.wgsl");
+    app.add_plugins(FullscreenMaterialPlugin::<RoundField>::default())
+        .add_systems(Update, follow.after(follow_lens).in_set(ViewSystems::Follow));
 }
 
-/// The mark that shows where 12 o'clock is, however the instrument is rolled.
-#[derive(Component)]
-struct ClockMark;
+/// What the pass knows, as its shader has it.
+#[derive(Component, ExtractComponent, ShaderType, Debug, Clone, Copy, Default, PartialEq)]
+pub struct RoundField {
+    /// Corner and size of the camera's part of the target, pixels.
+    area: Vec4,
+    /// Where the lens is, mm.
+    place: Vec3,
+    /// Of the field, pixels.
+    radius: f32,
+    /// Directions of the picture, long enough to reach the rim 1 mm ahead.
+    right: Vec3,
+    /// By which 12 o'clock is turned counter-clockwise, radians.
+    roll: f32,
+    up: Vec3,
+    /// As in [`Veil`]: in the middle, and around it.
+    veil: f32,
+    ahead: Vec3,
+    /// As [`BARREL`].
+    barrel: f32,
+    veils: Vec4,
+    /// Where those around it are, as a share of the field's radius.
+    beside: f32,
+}
 
-fn add_mask(
-    active: Option<Res<ActiveExercise>>,
-    instruments: Query<&Resectoscope>,
-    cameras: Query<(Entity, Option<&Children>), With<EndoscopeCamera>>,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<ViewMaterial>>,
-    mut commands: Commands,
-) {
-    let Some(scope) = active.and_then(|active| instruments.get(active.instrument).ok()) else {
-        return;
-    };
-    let radius = DISTANCE_MM * (scope.geometry.field_of_view_deg.to_radians() / 2.0).tan();
-    for (camera, _) in cameras.iter().filter(|(_, children)| children.is_none()) {
-        let material = materials.add(ViewMaterial {
-            look: Look {
-                surface: Surface::Flat as u32,
-                ..default()
-            },
-            overlay: true,
-            ..default()
-        });
-        let part = |mesh: Handle<Mesh>, distance: f32| {
-            (
-                Mesh3d(mesh),
-                MeshMaterial3d(material.clone()),
-                Transform::from_xyz(0.0, 0.0, -distance),
-                RenderLayers::layer(ENDOSCOPE_LAYER),
-                NoFrustumCulling,
-            )
-        };
-        commands.entity(camera).with_children(|camera| {
-            camera.spawn(part(meshes.add(mask(radius)), DISTANCE_MM));
-            // Scaled down by as much as it is nearer, so that it fits the mask's rim.
-            let nearer = 0.95;
-            camera.spawn((ClockMark, part(meshes.add(mark(radius * nearer)), DISTANCE_MM * nearer)));
-        });
+impl FullscreenMaterial for RoundField {
+    fn fragment_shader() -> ShaderRef {
+        "embedded://resecta/view/round_field.wgsl".into()
     }
 }
 
-fn turn_mark(
+/// How far from the middle a straight picture has what a telescope shows so far from it; the field's radius is 1.
+fn straight(shown: f32) -> f32 {
+    shown * (1.0 - BARREL + BARREL * shown * shown)
+}
+
+/// Where a telescope shows what a straight picture has at a place, both from the middle.
+fn shown(place: Vec2) -> Vec2 {
+    let far = place.length();
+    // Newton's method on a cubic that rises everywhere, from where it is too large.
+    let root = (0..6).fold(far.max(1.0), |root, _| {
+        root - (straight(root) - far) / (1.0 - BARREL + 3.0 * BARREL * root * root)
+    });
+    place.normalize_or_zero() * root
+}
+
+/// Where an endoscope camera's picture shows what its projection has at a point of its viewport, both in logical pixels of the
+/// window: what points at a place of the world must point there.
+pub fn shown_at(camera: &Camera, at: Vec2) -> Option<Vec2> {
+    let area = camera.logical_viewport_rect()?;
+    let radius = 0.5 * area.size().min_element();
+    (radius > 0.0).then(|| area.center() + radius * shown((at - area.center()) / radius))
+}
+
+fn follow(
     active: Option<Res<ActiveExercise>>,
     instruments: Query<Drawn>,
-    mut marks: Query<&mut Transform, With<ClockMark>>,
+    mut cameras: Query<(&Camera, &Transform, &Veil, &mut RoundField), With<EndoscopeCamera>>,
 ) {
     let Some(instrument) = active.and_then(|active| instruments.get(active.instrument).ok()) else {
         return;
     };
-    let (_, state) = instrument.get();
-    for mut mark in &mut marks {
-        mark.rotation = Quat::from_rotation_z(state.roll_deg.to_radians());
+    let (scope, state) = instrument.get();
+    let half = (scope.geometry.field_of_view_deg.to_radians() / 2.0).tan();
+    for (camera, lens, veil, mut field) in &mut cameras {
+        let Some(area) = camera.physical_viewport_rect().map(|area| area.as_rect()) else {
+            continue;
+        };
+        field.set_if_neq(RoundField {
+            area: Vec4::from((area.min, area.size())),
+            place: lens.translation,
+            radius: 0.5 * area.size().min_element(),
+            right: lens.right() * half,
+            roll: state.roll_deg.to_radians(),
+            up: lens.up() * half,
+            veil: veil.middle,
+            ahead: lens.forward().into(),
+            barrel: BARREL,
+            veils: veil.around.into(),
+            beside: Veil::beside() / half,
+        });
     }
 }
 
-fn mask(radius: f32) -> Mesh {
-    let mut shape = Shape::default();
-    let mut before: Option<Vec<u32>> = None;
-    for (share, darkness) in RINGS {
-        let ring: Vec<u32> = (0..POINTS)
-            .map(|point| {
-                let (sin, cos) = (TAU * point as f32 / POINTS as f32).sin_cos();
-                let place = Vec3::new(cos, sin, 0.0) * radius * share;
-                shape.coloured_vertex(place, [0.0, 0.0, 0.0, darkness])
-            })
-            .collect();
-        if let Some(before) = before {
-            shape.join(&before, &ring);
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_shown_is_found_again() {
+        for far in 0..60 {
+            for round in 0..12 {
+                let place = Vec2::from_angle(0.5 * round as f32) * (0.025 * far as f32);
+                let back = place.normalize_or_zero() * straight(place.length());
+                assert!(shown(back).distance(place) < 1e-5, "{place}");
+                assert!(
+                    (straight(shown(place).length()) - place.length()).abs() < 1e-5,
+                    "{place}"
+                );
+            }
         }
-        before = Some(ring);
     }
-    shape.mesh()
-}
 
-/// A small notch that points inwards from the top of the rim.
-fn mark(radius: f32) -> Mesh {
-    let mut shape = Shape::default();
-    let corners = [(-0.035, 1.01), (0.035, 1.01), (0.0, 0.945)].map(|(x, y)| {
-        let place = Vec3::new(x, y, 0.0) * radius;
-        shape.coloured_vertex(place, [0.0, 0.0, 0.0, 1.0])
-    });
-    shape.triangle(corners);
-    shape.mesh()
+    #[test]
+    fn straight_lines_bow_outwards_and_the_rim_stays() {
+        for round in 0..12 {
+            let rim = Vec2::from_angle(0.5 * round as f32);
+            assert!(shown(rim).distance(rim) < 1e-6);
+        }
+        // The scale of the middle would bring the rim further out.
+        let scale = shown(Vec2::X * 1e-3).x / 1e-3;
+        assert!((1.0 - 1.0 / scale - BARREL).abs() < 1e-4, "{scale}");
+        assert!((0.10..=0.15).contains(&BARREL));
+        // An upright line right of the middle: its ends at the rim stay, all between bows away from the middle.
+        let line = |y: f32| shown(Vec2::new(0.5, y));
+        let end = line(0.75f32.sqrt());
+        assert!((end.x - 0.5).abs() < 1e-5);
+        let mut before = line(0.0).x;
+        assert!(before > 0.54);
+        for step in 1..=8 {
+            let now = line(0.1 * step as f32).x;
+            assert!(now < before && now > 0.5, "{step}");
+            before = now;
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! Meshes made here: tubes, shells, the round field's mask.
+//! Meshes made here: tubes, shells, rings.
 
 use std::f32::consts::{PI, TAU};
 
@@ -16,7 +16,6 @@ const SIDES: usize = 20;
 pub struct Shape {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
-    colours: Vec<[f32; 4]>,
     indices: Vec<u32>,
 }
 
@@ -26,17 +25,6 @@ impl Shape {
         self.positions.push(position.to_array());
         self.normals.push(normal.normalize_or(Vec3::Z).to_array());
         (self.positions.len() - 1) as u32
-    }
-
-    /// Adds a vertex with a colour. Of one shape all vertices have one, or none.
-    pub fn coloured_vertex(&mut self, position: Vec3, colour: [f32; 4]) -> u32 {
-        self.colours.push(colour);
-        self.vertex(position, Vec3::Z)
-    }
-
-    /// Adds a triangle.
-    pub fn triangle(&mut self, corners: [u32; 3]) {
-        self.indices.extend(corners);
     }
 
     /// Adds a quadrilateral, corners in cyclic order.
@@ -88,9 +76,6 @@ impl Shape {
         let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default());
         mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, self.positions);
         mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, self.normals);
-        if !self.colours.is_empty() {
-            mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, self.colours);
-        }
         mesh.insert_indices(Indices::U32(self.indices));
         mesh
     }

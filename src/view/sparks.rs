@@ -16,7 +16,7 @@ use resecta_tissue::{TissueContact, TissueResected, ToolPartKind};
 use super::{
     ENDOSCOPE_LAYER, ViewSystems,
     blood::Water,
-    material::{Look, Surface, ViewMaterial},
+    material::{Cover, Look, Surface, ViewMaterial},
     palette,
 };
 
@@ -83,7 +83,7 @@ struct Particles {
 
 /// Chance that looks like it: nothing depends on it.
 #[derive(Debug)]
-struct Chance(u32);
+pub(super) struct Chance(u32);
 
 impl Default for Chance {
     fn default() -> Self {
@@ -93,7 +93,7 @@ impl Default for Chance {
 
 impl Chance {
     /// From 0 to 1.
-    fn next(&mut self) -> f32 {
+    pub fn next(&mut self) -> f32 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;
         self.0 ^= self.0 << 5;
@@ -101,7 +101,7 @@ impl Chance {
     }
 
     /// Each coordinate from -1 to 1.
-    fn vector(&mut self) -> Vec3 {
+    pub fn vector(&mut self) -> Vec3 {
         Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
     }
 }
@@ -240,13 +240,13 @@ fn draw(
         };
         let bubbles = meshes.add(Brush::default().mesh());
         let light = meshes.add(Brush::default().mesh());
-        for (mesh, overlay) in [(&bubbles, false), (&light, true)] {
+        for (name, mesh, cover) in [("Bubbles", &bubbles, Cover::Opaque), ("Sparks", &light, Cover::Over)] {
             commands.spawn((
-                Name::new(if overlay { "Sparks" } else { "Bubbles" }),
+                Name::new(name),
                 Mesh3d(mesh.clone()),
                 MeshMaterial3d(materials.add(ViewMaterial {
                     look: flat.clone(),
-                    overlay,
+                    cover,
                     ..default()
                 })),
                 Transform::default(),

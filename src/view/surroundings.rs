@@ -2,6 +2,7 @@
 
 use bevy::{
     camera::visibility::{NoFrustumCulling, RenderLayers},
+    math::DVec2,
     prelude::*,
 };
 use resecta_anatomy::{BladderShape, Case};
@@ -11,12 +12,19 @@ use resecta_scenario::ActiveExercise;
 use super::{
     ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems,
     gland::sagittal,
-    material::{Look, Surface, ViewMaterial},
+    material::{Anatomy, Look, Surface, ViewMaterial, orifices},
     palette, shapes,
 };
 
 /// Inner radius of the urethra below the gland, mm: the sheath's and a millimetre.
 const URETHRA_MM: f32 = 5.0;
+/// The lamp reaches so far here, mm: a camera that looks into the bladder is more sensitive.
+const WALL_REACH_MM: f32 = 30.0;
+/// How much narrower it is at the sphincter, where the instrument's pivot is, and over which length, mm.
+const NARROWER_MM: f32 = 0.7;
+const SPHINCTER_MM: f32 = 3.0;
+/// Where it joins the gland, mm from the pivot.
+const JOINS_MM: f32 = 5.0;
 /// Length of urethra that is drawn, mm.
 const URETHRA_LENGTH_MM: f32 = 45.0;
 
@@ -56,26 +64,40 @@ fn surround(
     };
     let wall = Look {
         colour: palette::WALL,
+        surface: Surface::Wall as u32,
         gloss: 0.4,
         sharpness: 36.0,
         relief: 0.22,
         ..default()
     };
-    let inside = materials.add(ViewMaterial::from(wall.clone().under_lamp()));
-    let outside = materials.add(ViewMaterial::from(Look {
+    let inside = Look {
+        reach_mm: WALL_REACH_MM,
+        ..wall.clone().under_lamp()
+    };
+    let outside = Look {
+        // Seen from so far, vessels and folds would cost more than they show.
+        surface: Surface::Solid as u32,
         section: sagittal(&active.case),
         brightness: 0.55,
         relief: 0.15,
         gloss: 0.1,
         ..wall
-    }));
+    };
+    let anatomy = Anatomy::of_case(&active.case);
+    let [inside, outside] = [inside, outside].map(|look| {
+        materials.add(ViewMaterial {
+            look,
+            anatomy: anatomy.clone(),
+            ..default()
+        })
+    });
     let background = materials.add(ViewMaterial::from(Look {
         colour: palette::BACKGROUND,
         surface: Surface::Flat as u32,
         ..default()
     }));
 
-    let mut walls = vec![urethra(scope)];
+    let mut walls = vec![urethra(scope, &active.case)];
     walls.extend(bladder(&active.case));
     let markers = landmarks(&active.case);
 
@@ -123,14 +145,29 @@ fn surround(
         });
 }
 
-/// The urethra from the gland's apex down along the instrument's axis.
-fn urethra(scope: &Resectoscope) -> (Mesh, Transform) {
+/// The urethra, from the lumen at the gland's lower end down along the instrument's axis, narrower at the sphincter.
+fn urethra(scope: &Resectoscope, case: &Case) -> (Mesh, Transform) {
     let (pivot, axis) = (scope.pivot(), scope.axis());
-    let points = 12;
-    let line: Vec<Vec3> = (0..=points)
-        .map(|point| pivot + axis * (6.0 - URETHRA_LENGTH_MM * point as f32 / points as f32))
-        .collect();
-    (shapes::tube(&line, URETHRA_MM), Transform::IDENTITY)
+    let lumen = case.slices.first().and_then(|slice| {
+        let wall = slice.urethra.as_ref()?;
+        let middle: DVec2 = wall.iter().sum::<DVec2>() / wall.len().max(1) as f64;
+        Some(middle.extend(slice.z).as_vec3())
+    });
+    let end = lumen.unwrap_or(pivot + axis * JOINS_MM);
+    let points = 60;
+    let (line, radii): (Vec<Vec3>, Vec<f32>) = (0..=points)
+        .map(|point| {
+            let along = JOINS_MM - URETHRA_LENGTH_MM * point as f32 / points as f32;
+            // Bent to where the lumen is, over its last stretch.
+            let bent = (along / JOINS_MM).clamp(0.0, 1.0).powi(2);
+            let place = (pivot + axis * along).lerp(end, bent);
+            let closed = (-(along / SPHINCTER_MM).powi(2)).exp();
+            (place, URETHRA_MM - NARROWER_MM * closed)
+        })
+        .unzip();
+    let mut shape = shapes::Shape::default();
+    shape.tube(&line, |point| radii[point]);
+    (shape.mesh(), Transform::IDENTITY)
 }
 
 /// The bladder, open where it sits on the gland.
@@ -163,9 +200,9 @@ fn landmarks(case: &Case) -> Vec<(Landmark, Mesh, Vec3)> {
         let sphincter = landmark("external sphincter", LinearRgba::rgb(0.90, 0.15, 0.55));
         found.push((sphincter, shapes::ring(URETHRA_MM + 0.8, 0.7), place.as_vec3()));
     }
-    for place in marks.ureteral_orifices.into_iter().flatten() {
+    for place in orifices(case).into_iter().flatten() {
         let orifice = landmark("ureteral orifice", LinearRgba::rgb(0.30, 0.55, 0.95));
-        found.push((orifice, ball(), place.as_vec3()));
+        found.push((orifice, ball(), place));
     }
     found
 }

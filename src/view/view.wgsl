@@ -5,6 +5,7 @@
     forward_io::{VertexOutput, FragmentOutput},
     mesh_view_bindings::view,
 }
+#import resecta::noise::noise
 
 // As `Look` in material.rs.
 struct Look {
@@ -19,60 +20,35 @@ struct Look {
     brightness: f32,
     field_cos: f32,
     surface: u32,
-    in_tissue: f32,
     extinction: f32,
     covered: f32,
 }
 
+// As `Anatomy` in material.rs.
+struct Anatomy {
+    middle: vec4<f32>,
+    verumontanum: vec4<f32>,
+    neck: vec4<f32>,
+    sphincter: vec4<f32>,
+    bladder: vec4<f32>,
+    orifices: array<vec4<f32>, 2>,
+}
+
 @group(#{MATERIAL_BIND_GROUP}) @binding(0) var<uniform> look: Look;
+@group(#{MATERIAL_BIND_GROUP}) @binding(1) var<uniform> anatomy: Anatomy;
 
 const TISSUE: u32 = 0u;
 const SECTION: u32 = 1u;
 const SOLID: u32 = 2u;
 const FLAT: u32 = 3u;
+const WALL: u32 = 4u;
+const CLOUD: u32 = 5u;
 
 // As `MURK` in palette.rs.
 const MURK: vec3<f32> = vec3(0.150, 0.012, 0.008);
+// As the mucosa in palette.rs.
+const URETHRA: vec3<f32> = vec3(0.66, 0.19, 0.15);
 const BLOOD_ON_LENS: vec3<f32> = vec3(0.20, 0.008, 0.006);
-
-// A number from 0 to 1 for each point of the grid of integers.
-fn hash(p: vec3<i32>) -> f32 {
-    var h = bitcast<u32>(p.x) * 0x8da6b343u ^ bitcast<u32>(p.y) * 0xd8163841u ^ bitcast<u32>(p.z) * 0xcb1ab31fu;
-    h = (h ^ (h >> 13u)) * 0x9e3779b1u;
-    h = h ^ (h >> 16u);
-    return f32(h & 0xffffffu) / 16777215.0;
-}
-
-// Smooth noise from 0 to 1 (w) and its gradient (xyz).
-fn noise(p: vec3<f32>) -> vec4<f32> {
-    let cell = vec3<i32>(floor(p));
-    let f = fract(p);
-    let u = f * f * (3.0 - 2.0 * f);
-    let du = 6.0 * f * (1.0 - f);
-    let a = hash(cell);
-    let b = hash(cell + vec3(1, 0, 0));
-    let c = hash(cell + vec3(0, 1, 0));
-    let d = hash(cell + vec3(1, 1, 0));
-    let e = hash(cell + vec3(0, 0, 1));
-    let g = hash(cell + vec3(1, 0, 1));
-    let h = hash(cell + vec3(0, 1, 1));
-    let i = hash(cell + vec3(1, 1, 1));
-    let k1 = b - a;
-    let k2 = c - a;
-    let k3 = e - a;
-    let k4 = a - b - c + d;
-    let k5 = a - c - e + h;
-    let k6 = a - b - e + g;
-    let k7 = -a + b + c - d + e - g - h + i;
-    let value = a + k1 * u.x + k2 * u.y + k3 * u.z + k4 * u.x * u.y + k5 * u.y * u.z + k6 * u.z * u.x
-        + k7 * u.x * u.y * u.z;
-    let gradient = du * vec3(
-        k1 + k4 * u.y + k6 * u.z + k7 * u.y * u.z,
-        k2 + k5 * u.z + k4 * u.x + k7 * u.z * u.x,
-        k3 + k6 * u.x + k5 * u.y + k7 * u.x * u.y,
-    );
-    return vec4(gradient, value);
-}
 
 // From light to what a screen shows: the film curve of Narkowicz's fit.
 fn develop(light: vec3<f32>) -> vec3<f32> {
@@ -86,6 +62,155 @@ fn section_face(colour: vec3<f32>, eye: vec3<f32>, ray: vec3<f32>) -> vec3<f32> 
     let place = eye + ray * ((look.section.x - eye.x) / across);
     let grain = noise(place * vec3(0.6, 0.6, 0.35)).w * 0.6 + noise(place * 1.7).w * 0.4;
     return colour * (0.62 + 0.5 * grain) * look.brightness;
+}
+
+// 1 at 0, less further away.
+fn bell(x: f32) -> f32 {
+    return exp(-x * x);
+}
+
+// A line along the middle value of a noise, thinner than `width` (of the noise's own length).
+fn line(value: vec4<f32>, width: f32) -> f32 {
+    let far = abs(value.w - 0.5) / (length(value.xyz) + 0.6);
+    return 1.0 - smoothstep(0.3 * width, width + 0.001, far);
+}
+
+// What tissue is like at a place: its colour, how the surface rises (gradient, by place), how it shines.
+struct Skin {
+    colour: vec3<f32>,
+    rise: vec3<f32>,
+    gloss: f32,
+}
+
+// The direction of a place, at rest, from the middle line of the lumen. That line bends at the verumontanum, on its floor.
+fn around_lumen(rest: vec3<f32>) -> vec2<f32> {
+    let bend = anatomy.verumontanum.xyz - vec3(0.0, 2.8, 0.0);
+    var end = anatomy.neck.xyz;
+    if rest.z < bend.z {
+        end = anatomy.sphincter.xyz;
+    }
+    let share = (rest.z - bend.z) / (end.z - bend.z);
+    let across = rest.xy - mix(bend.xy, end.xy, share);
+    return across / max(length(across), 0.3);
+}
+
+// Wall of the lumen and of the bladder: folds along the urethra, vessels, the ring of the neck, the landmarks.
+fn mucosa(rest: vec3<f32>, colour: vec3<f32>, coarse: vec4<f32>, fine: vec4<f32>) -> Skin {
+    var skin = Skin(colour, coarse.xyz * 0.45 + fine.xyz * 0.35, 1.0);
+    let above_neck = (rest.z - anatomy.neck.z) * anatomy.neck.w;
+    // Of the bladder's colour from the neck on, along an uneven line.
+    let vesical = smoothstep(-1.0, 2.5, above_neck + 3.0 * (coarse.w - 0.5)) * anatomy.neck.w;
+    if vesical < 1.0 && anatomy.verumontanum.w > 0.0 {
+        let folds = noise(vec3(4.5 * around_lumen(rest), 0.13 * rest.z + 31.0));
+        skin.rise += vec3(folds.xy, 0.0) * (0.9 * (1.0 - vesical));
+        skin.colour *= mix(0.80 + 0.40 * folds.w, 1.0, vesical);
+    }
+    skin.colour *= mix(vec3(1.0), vec3(0.96, 1.22, 1.20), vesical);
+
+    // Vessels under it, that taper and end, mostly along the urethra.
+    let strong = smoothstep(0.40, 0.80, coarse.w);
+    var vessel = 0.0;
+    if strong > 0.0 {
+        let stem = noise(rest * vec3(0.46, 0.46, 0.30) + coarse.xyz * 0.12);
+        vessel = 0.70 * line(stem, 0.045 * strong);
+    }
+    if strong < 0.9 {
+        let twig = noise(rest * vec3(1.3, 1.3, 0.8) + vec3(40.0, 0.0, 9.0) + fine.xyz * 0.06);
+        vessel = max(vessel, 0.40 * line(twig, 0.075 * (0.9 - strong)));
+    }
+    skin.colour *= mix(vec3(1.0), vec3(0.70, 0.36, 0.38), vessel) * (0.88 + 0.24 * coarse.w);
+
+    // The bladder neck: circular fibres raise it in narrow rings.
+    if anatomy.neck.w > 0.0 && abs(above_neck) < 5.0 {
+        let ring = bell(above_neck / 2.0);
+        skin.rise.z += 1.3 * ring * cos(7.0 * rest.z + 3.0 * coarse.w);
+        skin.colour *= mix(vec3(1.0), vec3(1.04, 0.86, 0.84), ring);
+    }
+    // The external sphincter: the mucosa gathers in rings.
+    let above_sphincter = rest.z - anatomy.sphincter.z;
+    if anatomy.sphincter.w > 0.0 && abs(above_sphincter) < 10.0 {
+        let gathered = bell(above_sphincter / 4.0);
+        skin.rise.z += 2.2 * gathered * cos(5.5 * rest.z + 2.0 * coarse.w);
+        skin.colour *= mix(vec3(1.0), vec3(0.95, 0.78, 0.78), gathered);
+    }
+    // The verumontanum: smooth and pale, with the mouth of the utricle.
+    let away = rest - anatomy.verumontanum.xyz;
+    if anatomy.verumontanum.w > 0.0 && dot(away, away) < 100.0 {
+        let mound = bell(length(away * vec3(0.42, 0.30, 0.24)));
+        skin.colour = mix(skin.colour, colour * vec3(1.22, 2.25, 1.75), 0.85 * mound);
+        skin.rise *= 1.0 - 0.8 * mound;
+        skin.gloss += 0.4 * mound;
+        let mouth = length(vec2(away.x / 0.35, (away.z - 0.6) / 0.75));
+        let open = step(abs(away.y), 2.5) * (1.0 - smoothstep(0.55, 1.1, mouth));
+        skin.colour = mix(skin.colour, vec3(0.10, 0.015, 0.010), 0.9 * open);
+    }
+    return skin;
+}
+
+// The trigone on the bladder's wall: the ridge between the ureters' mouths, and these.
+fn trigone(place: vec3<f32>, wall: Skin) -> Skin {
+    var skin = wall;
+    let centre = anatomy.bladder.xyz;
+    let radius = anatomy.bladder.w;
+    let out = normalize(place - centre);
+    let left = normalize(anatomy.orifices[0].xyz - centre);
+    let right = normalize(anatomy.orifices[1].xyz - centre);
+    let ridge_normal = normalize(cross(left, right));
+    let span = left - right;
+    let along = normalize(span);
+    let off = dot(out, ridge_normal) * radius;
+    let share = dot(out - right, span) / dot(span, span);
+    let ridge = bell(off / 1.6) * smoothstep(-0.15, 0.0, share) * (1.0 - smoothstep(1.0, 1.15, share));
+    skin.rise -= ridge_normal * (3.0 * off * ridge);
+    skin.colour *= mix(vec3(1.0), vec3(1.25, 1.40, 1.35), ridge);
+    for (var side = 0; side < 2; side++) {
+        let away = (out - select(right, left, side == 0)) * radius;
+        // Slits, aslant towards the neck, with a pale lip.
+        let slant = select(-0.5, 0.5, side == 0);
+        let high = dot(away, ridge_normal);
+        let wide = dot(away, along);
+        let slit = vec2(wide + slant * high, high - slant * wide);
+        let lip = bell(length(slit / vec2(2.6, 1.6)));
+        let open = 1.0 - smoothstep(0.6, 1.1, length(slit / vec2(1.5, 0.45)));
+        skin.colour = mix(skin.colour * (1.0 + 0.3 * lip), vec3(0.05, 0.008, 0.006), 0.95 * open);
+    }
+    return skin;
+}
+
+// Cut tissue: granular and a little shaggy, drawn out along the strokes; nearer to the capsule whitish fibres that run
+// around the gland.
+fn cut_face(rest: vec3<f32>, colour: vec3<f32>, fibrous: f32, coarse: vec4<f32>, fine: vec4<f32>) -> Skin {
+    let shreds = noise(rest * vec3(3.1, 3.1, 0.9));
+    var skin = Skin(colour, coarse.xyz * 0.45 + fine.xyz * 0.60 + shreds.xyz * 0.55, 1.0);
+    // Pale nodules in darker stroma; ends of fibres that stand up.
+    let nodule = smoothstep(0.25, 0.70, 0.6 * coarse.w + 0.4 * fine.w);
+    let fringe = smoothstep(0.62, 0.80, shreds.w);
+    skin.colour *= 0.62 + 0.30 * nodule + 0.22 * fine.w + 0.28 * fringe;
+    let point = smoothstep(0.82, 0.92, noise(rest * 3.7 + vec3(3.0, 50.0, 1.0)).w);
+    skin.colour = mix(skin.colour, vec3(0.36, 0.04, 0.03), 0.5 * point);
+    if fibrous > 0.0 {
+        let out = rest.xy - anatomy.middle.xy;
+        let strands = noise(vec3(4.5 * out / max(length(out), 1.0), 2.1 * rest.z + 0.5 * coarse.w));
+        let strand = smoothstep(0.40, 0.66, strands.w + 0.25 * (fine.w - 0.5));
+        let woven = mix(colour * vec3(0.80, 0.70, 0.70), vec3(0.80, 0.66, 0.56), 0.8 * strand);
+        skin.colour = mix(skin.colour, woven, fibrous);
+        skin.rise = mix(skin.rise, vec3(0.15 * strands.xy, 1.3 * strands.z) + fine.xyz * 0.2, fibrous);
+        skin.gloss += 0.5 * fibrous;
+    }
+    return skin;
+}
+
+// Tissue that current has dried: from tan to brown to charred, the deeper it lies in it (mm).
+fn burn(skin: Skin, depth_mm: f32, fine: vec4<f32>) -> Skin {
+    var burnt = skin;
+    let heat = depth_mm + 0.6 * (fine.w - 0.5);
+    let brown = smoothstep(0.55, 1.00, heat);
+    let char = smoothstep(1.05, 1.30, heat);
+    burnt.colour = mix(burnt.colour, vec3(0.170, 0.085, 0.035), 0.85 * brown);
+    burnt.colour = mix(burnt.colour, vec3(0.016, 0.013, 0.012), 0.92 * char);
+    burnt.gloss *= 1.0 - 0.5 * brown - 0.3 * char;
+    burnt.rise += fine.xyz * (0.5 * brown + 0.8 * char);
+    return burnt;
 }
 
 @fragment
@@ -118,13 +243,23 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
         return out;
     }
 
+#ifdef VERTEX_UVS_A
+    if look.surface == CLOUD {
+        let far = length(place - eye);
+        let near = look.reach_mm / (look.reach_mm + far);
+        let lit = mix(MURK, 1.25 * vertex.rgb * near * near, exp(-look.extinction * far)) * look.brightness;
+        let soft = clamp(1.0 - dot(in.uv, in.uv), 0.0, 1.0);
+        out.color = vec4(develop(mix(lit, BLOOD_ON_LENS, look.covered)), vertex.a * soft * soft);
+        return out;
+    }
+#endif
+
     if look.surface == SECTION {
         out.color = vec4(develop(section_face(look.colour.rgb * vertex.rgb, eye, ray)), 1.0);
         return out;
     }
 
-    let is_inside = look.surface == TISSUE && !is_front;
-    if is_inside && is_cut_open {
+    if look.surface == TISSUE && !is_front && is_cut_open {
         out.color = vec4(develop(section_face(look.beyond.rgb, eye, ray)), 1.0);
         return out;
     }
@@ -133,40 +268,52 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     normal = select(-normal, normal, dot(normal, ray) < 0.0 || (look.surface == TISSUE && is_front));
     var colour = look.colour.rgb * vertex.rgb;
     var gloss = look.gloss;
-    // From inside of the tissue all is red. From outside, what is seen from behind is tissue that has folded over.
-    let redness = select(0.0, look.in_tissue, is_inside);
-    gloss = gloss * (1.0 - redness);
 
-    if look.relief > 0.0 {
-        let coarse = noise(place * 0.75 + vec3(17.0, 5.0, 3.0));
-        let fine = noise(place * 2.3);
-        let bump = coarse.xyz * 0.55 + fine.xyz * 0.45;
-        normal = normalize(normal - look.relief * (bump - normal * dot(bump, normal)));
-        if look.surface == TISSUE {
-            // 1 on mucosa and capsule, 0 on cut tissue.
-            let whole = smoothstep(0.55, 0.72, vertex.a);
-            var mucosa = colour;
-            if whole > 0.0 {
-                // Vessels under the mucosa: thin lines along the middle values of a noise.
-                let stem = abs(noise(place * 0.42 + bump * 0.25).w - 0.5);
-                let twig = abs(noise(place * 1.05 + vec3(40.0, 0.0, 9.0)).w - 0.5);
-                let vessel = max(1.0 - smoothstep(0.0, 0.035, stem), 0.6 * (1.0 - smoothstep(0.0, 0.04, twig)));
-                mucosa = mix(colour, colour * vec3(0.62, 0.22, 0.24), 0.6 * vessel) * (0.86 + 0.28 * coarse.w);
-            }
-            var cut = colour;
-            if whole < 1.0 {
-                // Cut tissue: grooves along the strokes, granules, and bleeding points no wider than a vessel's mouth.
-                let groove = noise(place * vec3(3.1, 3.1, 0.8));
-                normal = normalize(normal - 0.3 * look.relief * (groove.xyz - normal * dot(groove.xyz, normal)));
-                let point = smoothstep(0.80, 0.88, noise(place * 2.1 + vec3(3.0, 50.0, 1.0)).w);
-                let grain = 0.66 + 0.34 * groove.w + 0.30 * fine.w;
-                cut = mix(colour * grain, vec3(0.34, 0.03, 0.02), 0.6 * point);
-            }
-            colour = mix(cut, mucosa, whole);
-            gloss = gloss * (0.6 + 0.8 * fine.w);
-        }
+    // Grain is of the tissue and moves with it.
+    var rest = place;
+    var coagulated_mm = 0.0;
+#ifdef VERTEX_UVS_B
+    if look.surface == TISSUE {
+        rest = vec3(in.uv, in.uv_b.x);
+        coagulated_mm = in.uv_b.y;
     }
-    colour = mix(colour, vec3(0.15, 0.014, 0.010), redness);
+#endif
+    if look.relief > 0.0 {
+        let coarse = noise(rest * 0.75 + vec3(17.0, 5.0, 3.0));
+        let fine = noise(rest * 2.3);
+        var skin = Skin(colour, coarse.xyz * 0.55 + fine.xyz * 0.45, 1.0);
+        if look.surface == TISSUE || look.surface == WALL {
+            // From mucosa over adenoma and what lies outside of it to the capsule, as in palette.rs.
+            var whole = smoothstep(0.68, 0.85, vertex.a);
+            // At the gland's ends the urethra and the bladder go on.
+            if look.surface == TISSUE && (rest.z < anatomy.middle.z || rest.z > anatomy.middle.w) {
+                colour = mix(URETHRA, colour, whole);
+                whole = 1.0;
+            }
+            if whole > 0.0 {
+                skin = mucosa(rest, colour, coarse, fine);
+            }
+            if whole < 1.0 {
+                let fibrous = 1.0 - smoothstep(0.30, 0.50, vertex.a);
+                let cut = cut_face(rest, colour, fibrous, coarse, fine);
+                skin.colour = mix(cut.colour, skin.colour, whole);
+                skin.rise = mix(cut.rise, skin.rise, whole);
+                skin.gloss = mix(cut.gloss, skin.gloss, whole);
+            }
+            if coagulated_mm > 0.3 {
+                skin = burn(skin, coagulated_mm, fine);
+            }
+            if look.surface == WALL && anatomy.orifices[0].w > 0.0 && place.z > anatomy.neck.z {
+                skin = trigone(place, skin);
+            }
+            skin.gloss *= 0.6 + 0.8 * fine.w;
+        }
+        colour = skin.colour;
+        gloss *= skin.gloss;
+        // Far away, what is finer than a pixel would glitter.
+        let relief = look.relief / (1.0 + 0.002 * dot(place - eye, place - eye));
+        normal = normalize(normal - relief * (skin.rise - normal * dot(skin.rise, normal)));
+    }
 
     // The lamp is a little behind the lens, so that what nearly touches it does not burn out.
     let up = view.world_from_view[1].xyz;
@@ -182,10 +329,11 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     }
     let to_lamp = normalize(lamp - place);
     let facing = dot(normal, to_lamp);
+    let is_wet = look.surface == TISSUE || look.surface == WALL;
     // Light that enters tissue comes out beside where it went in: shade is soft and red.
     let wrap = clamp((facing + 0.30) / 1.30, 0.0, 1.0);
     let direct = clamp(facing, 0.0, 1.0);
-    let scatter = select(vec3(1.0), vec3(1.0, 0.72, 0.66), look.surface == TISSUE);
+    let scatter = select(vec3(1.0), vec3(1.0, 0.72, 0.66), is_wet);
     var light = colour * strength * mix(vec3(direct), scatter * wrap, 0.75);
     light += colour * vec3(0.16, 0.10, 0.09) * strength;
 
@@ -194,7 +342,7 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     let edge = pow(1.0 - clamp(dot(normal, -ray), 0.0, 1.0), 4.0);
     light += vec3(1.0, 0.96, 0.92) * gloss * min(strength, 0.9) * (highlight * 0.7 + edge * 0.08);
     // Water clings to tissue: small bright glints over the broad sheen.
-    if look.surface == TISSUE {
+    if is_wet {
         let glint = pow(clamp(dot(normal, half_way), 0.0, 1.0), 6.0 * look.sharpness);
         light += vec3(1.0, 0.97, 0.94) * gloss * min(strength, 0.9) * glint * 0.45;
     }

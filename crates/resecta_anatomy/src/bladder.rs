@@ -48,6 +48,11 @@ impl BladderShape {
         self.centre.z + self.open_z
     }
 
+    /// The point of the whole sphere that lies beyond or before a place as seen from the centre, mm.
+    pub fn on_wall(&self, place: DVec3) -> DVec3 {
+        self.centre + (place - self.centre).normalize_or(DVec3::Y) * self.radius_mm
+    }
+
     /// Radius of the opening, mm.
     pub fn rim_mm(&self) -> f64 {
         (self.radius_mm * self.radius_mm - self.open_z * self.open_z)

@@ -3,6 +3,9 @@
 //! Vertices are those of the skin that a triangle uses. Indices and colours are written only when the topology changed, and after
 //! a fine cut colours only where it did; positions and normals are overwritten in place, since a mesh that is replaced is
 //! allocated anew each frame.
+//!
+//! Two pairs of texture coordinates tell a shader what moves with the tissue: x and y of a vertex at rest (mm), and its z at rest
+//! (mm) with how deep in coagulated tissue it lies (mm).
 
 use std::collections::BTreeMap;
 
@@ -201,21 +204,34 @@ impl SurfaceMesh {
                 values.resize(count, [0.0; 3]);
             }
         }
+        let known = |number: &u32| Some((*number as usize, self.numbering.vertex(*number)?));
         if let Some(VertexAttributeValues::Float32x4(values)) = mesh.attribute_mut(Mesh::ATTRIBUTE_COLOR) {
             values.resize(count, [0.0; 4]);
-            for &number in &other {
-                if let Some(vertex) = self.numbering.vertex(number) {
-                    values[number as usize] = paint.colour(skin, &self.zones, vertex);
+            for (number, vertex) in other.iter().filter_map(known) {
+                values[number] = paint.colour(skin, &self.zones, vertex);
+            }
+        }
+        for (pair, attribute) in [Mesh::ATTRIBUTE_UV_0, Mesh::ATTRIBUTE_UV_1].into_iter().enumerate() {
+            if let Some(VertexAttributeValues::Float32x2(values)) = mesh.attribute_mut(attribute) {
+                values.resize(count, [0.0; 2]);
+                for (number, vertex) in other.iter().filter_map(known) {
+                    values[number] = at_rest(skin, vertex)[pair];
                 }
             }
         }
         other
     }
 
+    /// Writes colours, and what else does not move.
     fn write_colours(&self, skin: &Skin, paint: &Paint, mesh: &mut Mesh) {
         let colour = |vertex: Option<u32>| vertex.map_or([0.0; 4], |vertex| paint.colour(skin, &self.zones, vertex));
         let colours: Vec<_> = self.numbering.vertices().map(colour).collect();
         mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, colours);
+        let rest = |vertex: Option<u32>| vertex.map_or([[0.0; 2]; 2], |vertex| at_rest(skin, vertex));
+        let rest: Vec<_> = self.numbering.vertices().map(rest).collect();
+        for (pair, attribute) in [Mesh::ATTRIBUTE_UV_0, Mesh::ATTRIBUTE_UV_1].into_iter().enumerate() {
+            mesh.insert_attribute(attribute, rest.iter().map(|rest| rest[pair]).collect::<Vec<_>>());
+        }
     }
 
     /// Overwrites positions and smooth normals (weighted by area, where the skin has none of its own) and measures the
@@ -258,6 +274,12 @@ impl SurfaceMesh {
             Aabb::default()
         };
     }
+}
+
+/// A vertex's texture coordinates: its place at rest, and how deep in coagulated tissue it lies, mm.
+fn at_rest(skin: &Skin, vertex: u32) -> [[f32; 2]; 2] {
+    let Vec3 { x, y, z } = skin.rest_place(vertex);
+    [[x, y], [z, skin.coagulation_mm(vertex)]]
 }
 
 /// What gives the vertices their colours.

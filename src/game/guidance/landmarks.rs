@@ -16,7 +16,7 @@ use resecta_scenario::ActiveExercise;
 use resecta_tissue::Tissue;
 
 use super::{super::overlay::shadowed, super::palette, Shown};
-use crate::view::{BEAK_MM, ViewSystems};
+use crate::view::{BEAK_MM, ViewSystems, orifices, shown_at};
 
 /// How far away a landmark is still named, mm: the light of the lens ends there.
 const FAR_MM: f32 = 45.0;
@@ -53,20 +53,21 @@ struct Sight {
 /// The landmarks of a case.
 fn landmarks(active: &ActiveExercise) -> Vec<Sight> {
     let marks = &active.case.landmarks;
+    let orifices = orifices(&active.case);
     let points = [
-        ("verumontanum", marks.verumontanum),
-        ("bladder neck", marks.bladder_neck),
-        ("external sphincter", marks.external_sphincter),
-        ("left ureteral orifice", marks.ureteral_orifices.map(|[left, _]| left)),
+        ("verumontanum", marks.verumontanum.map(|place| place.as_vec3())),
+        ("bladder neck", marks.bladder_neck.map(|place| place.as_vec3())),
         (
-            "right ureteral orifice",
-            marks.ureteral_orifices.map(|[_, right]| right),
+            "external sphincter",
+            marks.external_sphincter.map(|place| place.as_vec3()),
         ),
+        ("left ureteral orifice", orifices.map(|[left, _]| left)),
+        ("right ureteral orifice", orifices.map(|[_, right]| right)),
     ];
-    let sight = |(name, place): (&'static str, Option<bevy::math::DVec3>)| {
+    let sight = |(name, place): (&'static str, Option<Vec3>)| {
         place.map(|place| Sight {
             name,
-            place: place.as_vec3(),
+            place,
             is_seen: false,
         })
     };
@@ -218,7 +219,8 @@ pub fn show(painter: &Painter, camera: &Camera, eye: &GlobalTransform, zoom: f32
     let centre = egui::pos2(area.center().x, area.center().y) * point;
     let radius = 0.5 * area.width().min(area.height()) * point;
     for sight in seen.landmarks.iter().filter(|sight| sight.is_seen) {
-        let Ok(at) = camera.world_to_viewport(eye, sight.place) else {
+        let straight = camera.world_to_viewport(eye, sight.place).ok();
+        let Some(at) = straight.and_then(|straight| shown_at(camera, straight)) else {
             continue;
         };
         let at = egui::pos2(at.x, at.y) * point;

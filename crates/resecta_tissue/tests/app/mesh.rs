@@ -108,6 +108,26 @@ fn the_mesh_moves_in_place_unless_something_was_cut() {
 }
 
 #[test]
+fn texture_coordinates_are_places_at_rest_however_the_tissue_moves() {
+    let (mut app, tissue) = scene(checked());
+    let at_rest = positions(mesh(&app, tissue));
+    let node = app.world().get::<Tissue>(tissue).unwrap().node_entity(780).unwrap();
+    app.world_mut().get_mut::<TissueNode>(node).unwrap().load = Vec3::new(0.0, 0.0, 50_000.0);
+    for _ in 0..5 {
+        app.update();
+    }
+    let pairs =
+        [Mesh::ATTRIBUTE_UV_0, Mesh::ATTRIBUTE_UV_1].map(|attribute| match mesh(&app, tissue).attribute(attribute) {
+            Some(VertexAttributeValues::Float32x2(pairs)) => pairs.clone(),
+            other => panic!("{other:?}"),
+        });
+    assert_ne!(positions(mesh(&app, tissue)), at_rest);
+    for ((&[x, y], &[z, coagulation]), place) in pairs[0].iter().zip(&pairs[1]).zip(at_rest) {
+        assert_eq!((Vec3::new(x, y, z), coagulation), (place, 0.0));
+    }
+}
+
+#[test]
 fn the_bound_holds_every_vertex_and_is_the_plugins_own() {
     let (app, tissue) = scene(checked());
     assert!(app.world().get::<NoAutoAabb>(tissue).is_some());
