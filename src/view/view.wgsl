@@ -50,6 +50,15 @@ const MURK: vec3<f32> = vec3(0.150, 0.012, 0.008);
 const URETHRA: vec3<f32> = vec3(0.66, 0.19, 0.15);
 const BLOOD_ON_LENS: vec3<f32> = vec3(0.20, 0.008, 0.006);
 
+// 0, which no compiler can know. Mesa's lavapipe compiles a shader anew whenever a uniform value changes that alone decides a
+// branch, and never frees it: 10 MB a frame here. With this in it, no uniform decides alone.
+var<private> unknown: f32;
+
+// Whether a uniform value that is 0 or well above is above 0.
+fn is_set(value: f32) -> bool {
+    return value + unknown > 0.01;
+}
+
 // From light to what a screen shows: the film curve of Narkowicz's fit.
 fn develop(light: vec3<f32>) -> vec3<f32> {
     let x = max(light, vec3(0.0));
@@ -100,7 +109,7 @@ fn mucosa(rest: vec3<f32>, colour: vec3<f32>, coarse: vec4<f32>, fine: vec4<f32>
     let above_neck = (rest.z - anatomy.neck.z) * anatomy.neck.w;
     // Of the bladder's colour from the neck on, along an uneven line.
     let vesical = smoothstep(-1.0, 2.5, above_neck + 3.0 * (coarse.w - 0.5)) * anatomy.neck.w;
-    if vesical < 1.0 && anatomy.verumontanum.w > 0.0 {
+    if vesical < 1.0 && is_set(anatomy.verumontanum.w) {
         let folds = noise(vec3(4.5 * around_lumen(rest), 0.13 * rest.z + 31.0));
         skin.rise += vec3(folds.xy, 0.0) * (0.9 * (1.0 - vesical));
         skin.colour *= mix(0.80 + 0.40 * folds.w, 1.0, vesical);
@@ -121,21 +130,21 @@ fn mucosa(rest: vec3<f32>, colour: vec3<f32>, coarse: vec4<f32>, fine: vec4<f32>
     skin.colour *= mix(vec3(1.0), vec3(0.70, 0.36, 0.38), vessel) * (0.88 + 0.24 * coarse.w);
 
     // The bladder neck: circular fibres raise it in narrow rings.
-    if anatomy.neck.w > 0.0 && abs(above_neck) < 5.0 {
+    if is_set(anatomy.neck.w) && abs(above_neck) < 5.0 {
         let ring = bell(above_neck / 2.0);
         skin.rise.z += 1.3 * ring * cos(7.0 * rest.z + 3.0 * coarse.w);
         skin.colour *= mix(vec3(1.0), vec3(1.04, 0.86, 0.84), ring);
     }
     // The external sphincter: the mucosa gathers in rings.
     let above_sphincter = rest.z - anatomy.sphincter.z;
-    if anatomy.sphincter.w > 0.0 && abs(above_sphincter) < 10.0 {
+    if is_set(anatomy.sphincter.w) && abs(above_sphincter) < 10.0 {
         let gathered = bell(above_sphincter / 4.0);
         skin.rise.z += 2.2 * gathered * cos(5.5 * rest.z + 2.0 * coarse.w);
         skin.colour *= mix(vec3(1.0), vec3(0.95, 0.78, 0.78), gathered);
     }
     // The verumontanum: smooth and pale, with the mouth of the utricle.
     let away = rest - anatomy.verumontanum.xyz;
-    if anatomy.verumontanum.w > 0.0 && dot(away, away) < 100.0 {
+    if is_set(anatomy.verumontanum.w) && dot(away, away) < 100.0 {
         let mound = bell(length(away * vec3(0.42, 0.30, 0.24)));
         skin.colour = mix(skin.colour, colour * vec3(1.22, 2.25, 1.75), 0.85 * mound);
         skin.rise *= 1.0 - 0.8 * mound;
@@ -220,31 +229,33 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
 #ifdef VERTEX_COLORS
     vertex = in.color;
 #endif
+    unknown = in.world_position.w - 1.0;
+    let surface = look.surface + u32(abs(unknown));
     let eye = view.world_position;
     let place = in.world_position.xyz;
     let ray = normalize(place - eye);
 
     let forward = -view.world_from_view[2].xyz;
-    if look.field_cos > 0.0 && dot(ray, forward) < look.field_cos {
+    if is_set(look.field_cos) && dot(ray, forward) < look.field_cos {
         out.color = vec4(0.0, 0.0, 0.0, 1.0);
         return out;
     }
 
-    let is_cut_open = look.section.w > 0.5;
-    if is_cut_open && look.surface != SECTION {
+    let is_cut_open = is_set(look.section.w);
+    if is_cut_open && surface != SECTION {
         let side = select(-1.0, 1.0, eye.x >= look.section.x);
         if (place.x - look.section.x) * side > 0.0 {
             discard;
         }
     }
 
-    if look.surface == FLAT {
+    if surface == FLAT {
         out.color = vec4(look.colour.rgb * vertex.rgb, look.colour.a * vertex.a);
         return out;
     }
 
 #ifdef VERTEX_UVS_A
-    if look.surface == CLOUD {
+    if surface == CLOUD {
         let far = length(place - eye);
         let near = look.reach_mm / (look.reach_mm + far);
         let lit = mix(MURK, 1.25 * vertex.rgb * near * near, exp(-look.extinction * far)) * look.brightness;
@@ -254,18 +265,18 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     }
 #endif
 
-    if look.surface == SECTION {
+    if surface == SECTION {
         out.color = vec4(develop(section_face(look.colour.rgb * vertex.rgb, eye, ray)), 1.0);
         return out;
     }
 
-    if look.surface == TISSUE && !is_front && is_cut_open {
+    if surface == TISSUE && !is_front && is_cut_open {
         out.color = vec4(develop(section_face(look.beyond.rgb, eye, ray)), 1.0);
         return out;
     }
 
     var normal = normalize(in.world_normal);
-    normal = select(-normal, normal, dot(normal, ray) < 0.0 || (look.surface == TISSUE && is_front));
+    normal = select(-normal, normal, dot(normal, ray) < 0.0 || (surface == TISSUE && is_front));
     var colour = look.colour.rgb * vertex.rgb;
     var gloss = look.gloss;
 
@@ -273,20 +284,20 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     var rest = place;
     var coagulated_mm = 0.0;
 #ifdef VERTEX_UVS_B
-    if look.surface == TISSUE {
+    if surface == TISSUE {
         rest = vec3(in.uv, in.uv_b.x);
         coagulated_mm = in.uv_b.y;
     }
 #endif
-    if look.relief > 0.0 {
+    if is_set(look.relief) {
         let coarse = noise(rest * 0.75 + vec3(17.0, 5.0, 3.0));
         let fine = noise(rest * 2.3);
         var skin = Skin(colour, coarse.xyz * 0.55 + fine.xyz * 0.45, 1.0);
-        if look.surface == TISSUE || look.surface == WALL {
+        if surface == TISSUE || surface == WALL {
             // From mucosa over adenoma and what lies outside of it to the capsule, as in palette.rs.
             var whole = smoothstep(0.68, 0.85, vertex.a);
             // At the gland's ends the urethra and the bladder go on.
-            if look.surface == TISSUE && (rest.z < anatomy.middle.z || rest.z > anatomy.middle.w) {
+            if surface == TISSUE && (rest.z < anatomy.middle.z || rest.z > anatomy.middle.w) {
                 colour = mix(URETHRA, colour, whole);
                 whole = 1.0;
             }
@@ -303,7 +314,7 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
             if coagulated_mm > 0.3 {
                 skin = burn(skin, coagulated_mm, fine);
             }
-            if look.surface == WALL && anatomy.orifices[0].w > 0.0 && place.z > anatomy.neck.z {
+            if surface == WALL && is_set(anatomy.orifices[0].w) && place.z > anatomy.neck.z {
                 skin = trigone(place, skin);
             }
             skin.gloss *= 0.6 + 0.8 * fine.w;
@@ -320,7 +331,7 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     let distance = length(place - eye);
     var strength = look.brightness;
     var lamp = eye - forward * 3.0 + up * 1.2;
-    if look.reach_mm > 0.0 {
+    if is_set(look.reach_mm) {
         let near = look.reach_mm / (look.reach_mm + distance);
         let beam = smoothstep(0.60, 0.95, dot(ray, forward));
         strength *= near * near * (0.45 + 0.55 * beam);
@@ -329,7 +340,7 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     }
     let to_lamp = normalize(lamp - place);
     let facing = dot(normal, to_lamp);
-    let is_wet = look.surface == TISSUE || look.surface == WALL;
+    let is_wet = surface == TISSUE || surface == WALL;
     // Light that enters tissue comes out beside where it went in: shade is soft and red.
     let wrap = clamp((facing + 0.30) / 1.30, 0.0, 1.0);
     let direct = clamp(facing, 0.0, 1.0);
