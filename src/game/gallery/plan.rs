@@ -46,8 +46,8 @@ const OPERATION_PICTURES: [(f64, ViewLayout, Guidance, &str); 15] = {
     [
         (1.0, Endoscope, Off, "urethra"),
         (2.4, Endoscope, Off, "verumontanum"),
-        (4.0, Endoscope, Off, "bladder_neck"),
-        (5.6, Endoscope, Off, "bladder"),
+        (4.8, Endoscope, Off, "bladder_neck"),
+        (5.7, Endoscope, Off, "bladder"),
         (7.4, Endoscope, Off, "loop_out"),
         (8.2, Endoscope, Off, "cutting"),
         (8.7, Both, Off, "cutting_both"),
