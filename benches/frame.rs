@@ -125,7 +125,7 @@ fn share(times: &[Duration], share: f64) -> Duration {
 }
 
 fn play(row: &Row) -> Run {
-    let library = resecta::scenario::Library::new(assets::find().expect("the assets are here"));
+    let library = Library::new(assets::find().expect("the assets are here"));
     let mut loaded = library.load(EXERCISE).expect("the exercise is shipped");
     loaded.exercise.alpha_deg = ALPHA_DEG;
     (row.change)(&mut loaded);
@@ -133,7 +133,7 @@ fn play(row: &Row) -> Run {
     let script = InstrumentScript::from_ron(SCRIPT, "trench.ron".as_ref(), &prepared.resectoscope.limits);
 
     let mut app = App::new();
-    let one_thread = bevy::app::TaskPoolPlugin {
+    let one_thread = TaskPoolPlugin {
         task_pool_options: TaskPoolOptions::with_num_threads(1),
     };
     // Everything of a window's app but the window and an adapter.
