@@ -1,6 +1,6 @@
 //! What a frame of the game costs but for the graphics adapter: `cargo bench --workspace --bench frame`.
 //!
-//! The full operation on a gland of some 10,800 nodes, one fixed step a frame, on one thread: instrument, tissue, blood,
+//! The full operation on its gland of some 11,000 nodes, one fixed step a frame, on one thread: instrument, tissue, blood,
 //! water, chips, metrics, the views' own systems and the visible mesh; neither egui nor what Bevy's renderer does. A script cuts
 //! three strokes in one line and looks at them. The first row has every model on; each of the others leaves one out.
 //! Prints a table in Markdown, in ms. Rows are run in turn, several times, and the quietest run of each counts: compare within
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use bevy::{
     ecs::schedule::SingleThreadedExecutor,
-    log::{Level, LogPlugin},
+    log::LogPlugin,
     prelude::*,
     render::{RenderPlugin, settings::WgpuSettings},
     winit::WinitPlugin,
@@ -24,12 +24,11 @@ use resecta::{
 };
 
 const EXERCISE: &str = "full_operation";
-const ALPHA_DEG: f64 = 7.9;
 const SCRIPT: &str = include_str!("../docs/cuts/trench.ron");
 /// Frames until the sheath is in place.
 const WARM_UP: usize = 60;
 /// Runs of each row.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 2;
 
 /// What a row leaves out.
 struct Row {
@@ -127,7 +126,6 @@ fn share(times: &[Duration], share: f64) -> Duration {
 fn play(row: &Row) -> Run {
     let library = Library::new(assets::find().expect("the assets are here"));
     let mut loaded = library.load(EXERCISE).expect("the exercise is shipped");
-    loaded.exercise.alpha_deg = ALPHA_DEG;
     (row.change)(&mut loaded);
     let prepared = loaded.prepare().expect("the gland can be built");
     let script = InstrumentScript::from_ron(SCRIPT, "trench.ron".as_ref(), &prepared.resectoscope.limits);
@@ -152,10 +150,7 @@ fn play(row: &Row) -> Run {
             .into(),
             ..default()
         })
-        .set(LogPlugin {
-            level: Level::ERROR,
-            ..default()
-        })
+        .disable::<LogPlugin>()
         .disable::<WinitPlugin>();
     app.add_plugins((plugins, ResectaPlugins));
     if row.has_view {
