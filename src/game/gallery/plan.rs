@@ -7,7 +7,7 @@ use super::{Guidance, Phase, ViewLayout, Wish};
 /// Names and sizes of the windows, pixels.
 const SIZES: [(&str, [u32; 2]); 2] = [("1280x720", [1280, 720]), ("2560x1440", [2560, 1440])];
 
-/// Through the urethra into the bladder and back; strokes, coagulation, bleeding.
+/// Through the urethra into the bladder and back; strokes, coagulation.
 const OPERATION: &str = include_str!("operation.ron");
 /// The first steps of the tutorial.
 const TUTORIAL: &str = include_str!("../../../assets/scripts/tutorial.ron");
@@ -56,9 +56,9 @@ const OPERATION_PICTURES: [(f64, ViewLayout, Guidance, &str); 15] = {
         (15.5, Both, All, "guidance"),
         (17.5, Endoscope, Off, "coagulating"),
         (19.0, Endoscope, Off, "coagulated"),
-        (29.0, Endoscope, Off, "bleeding"),
+        (29.0, Endoscope, Off, "bed"),
         (29.1, Outside, Off, "outside"),
-        (31.0, Endoscope, Off, "red_out"),
+        (31.0, Endoscope, Off, "lens_at_wall"),
     ]
 };
 
