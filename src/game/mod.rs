@@ -43,7 +43,7 @@ mod stops;
 mod title;
 mod tutorial;
 
-use std::{path::PathBuf, sync::Mutex};
+use std::path::PathBuf;
 
 use bevy::{
     log::LogPlugin,
@@ -117,18 +117,15 @@ pub fn run(options: GameOptions) -> Result<(), GameError> {
 /// # Errors
 /// [`GameError`]: as of [`run`], or a picture could not be made.
 pub fn gallery(folder: PathBuf) -> Result<Vec<PathBuf>, GameError> {
-    let outcome = gallery::Outcome::new(Mutex::new(Ok(Vec::new())));
+    let outcome = gallery::Outcome::default();
     let mut app = open(GameOptions::default(), Player::Nobody)?;
     app.add_plugins(gallery::GalleryPlugin {
         folder,
         outcome: outcome.clone(),
     });
     app.run();
-    let written = outcome.lock().map_or_else(
-        |_| Ok(Vec::new()),
-        |mut outcome| std::mem::replace(&mut *outcome, Ok(Vec::new())),
-    );
-    Ok(written?)
+    let outcome = outcome.lock().ok().and_then(|mut outcome| outcome.take());
+    Ok(outcome.unwrap_or(Err(GalleryError::Closed))?)
 }
 
 /// The game, ready to run.

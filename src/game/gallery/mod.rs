@@ -50,6 +50,9 @@ pub enum GalleryError {
     /// A script of the gallery is at fault.
     #[error(transparent)]
     Script(#[from] ScriptError),
+    /// The window was closed on the way.
+    #[error("the window was closed before the last picture")]
+    Closed,
     /// The game did not come to the next picture.
     #[error("after {} pictures the game did not come to {wanted}", written.len())]
     Stuck {
@@ -60,8 +63,8 @@ pub enum GalleryError {
     },
 }
 
-/// What came of it, for whoever opened the window.
-pub(super) type Outcome = Arc<Mutex<Result<Vec<PathBuf>, GalleryError>>>;
+/// What came of it, for whoever opened the window; none as long as it goes on.
+pub(super) type Outcome = Arc<Mutex<Option<Result<Vec<PathBuf>, GalleryError>>>>;
 
 /// Leads the game through the gallery and closes the window.
 pub(super) struct GalleryPlugin {
@@ -132,7 +135,7 @@ fn lead(world: &mut World) {
 fn finish(world: &mut World, outcome: &Outcome, with: Result<Vec<PathBuf>, GalleryError>) {
     // Poisoned by nobody: the window's thread alone writes.
     if let Ok(mut outcome) = outcome.lock() {
-        *outcome = with;
+        *outcome = Some(with);
     }
     world.write_message(AppExit::Success);
 }
