@@ -489,11 +489,12 @@ impl Motion {
 #[cfg(all(test, target_arch = "x86_64"))]
 mod tests {
     use super::*;
-    use crate::{Material, TissueMesh, TissuePoint};
+    use crate::{Material, TissueMesh, TissuePoint, widest::with_level};
+    use fearless_simd::Level;
     use glam::{DVec3, Vec3};
 
     #[test]
-    fn vector_instructions_give_the_same_bits_as_scalar_ones() {
+    fn all_instruction_sets_give_the_same_bits() {
         // Rows of prisms: long enough for runs, with a load and a contact.
         let positions = (0..40).flat_map(|n| {
             let z = 1.5 * f64::from(n);
@@ -526,15 +527,27 @@ mod tests {
             offset_end: 0.7,
         };
         let plan = Plan::new(0.02, tissue.bound_s(), tissue.effort()).expect("a plain plan");
-        let mut scalar = tissue.clone();
+        let levels = Level::new();
+        let narrower = [levels.as_avx2().map(Level::Avx2), levels.as_sse2().map(Level::Sse2)];
         let contacts = &[contact];
-        Run {
-            tissue: &mut scalar,
-            plan,
-            contacts,
-        }
-        .run(fearless_simd::Fallback::new());
+        let runs: Vec<Motion> = narrower
+            .into_iter()
+            .flatten()
+            .map(|level| {
+                let mut tissue = tissue.clone();
+                let run = Run {
+                    tissue: &mut tissue,
+                    plan,
+                    contacts,
+                };
+                with_level(level, run);
+                tissue.motion
+            })
+            .collect();
         tissue.run(plan, contacts);
-        assert_eq!(tissue.motion, scalar.motion);
+        assert!(!runs.is_empty());
+        for motion in runs {
+            assert_eq!(tissue.motion, motion);
+        }
     }
 }
