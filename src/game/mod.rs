@@ -16,6 +16,7 @@
 //! | sizes, buttons, the keyboard's focus | `menu.rs` |
 //! | pictures of key moments | `moments.rs` |
 //! | how fast it runs | `pace.rs` |
+//! | how finely it is drawn where that is too slow | `fineness.rs` |
 //! | pictures of all of it | `gallery/` |
 //! | the player's settings, their file and their page | `settings/` |
 //! | what is heard | `sound/` |
@@ -25,6 +26,7 @@ mod catalogue;
 mod choose;
 mod debrief;
 mod display;
+mod fineness;
 mod flow;
 mod gallery;
 mod guidance;
@@ -164,7 +166,7 @@ fn open(options: GameOptions, player: Player) -> Result<App, GameError> {
             menu::plugin,
             flow::plugin,
             layout::plugin,
-            pace::plugin,
+            (pace::plugin, fineness::plugin),
             panel::plugin,
             overlay::plugin,
             title::plugin,

@@ -41,7 +41,7 @@ impl Pace {
         self.share = 1.0;
     }
 
-    fn add_frame(&mut self, real_s: f32, simulated_s: f32) {
+    pub(super) fn add_frame(&mut self, real_s: f32, simulated_s: f32) {
         if real_s <= 0.0 {
             return;
         }
@@ -52,7 +52,7 @@ impl Pace {
 }
 
 /// `Time<Virtual>` leaves out what a frame could not make up for: that is the time lost.
-fn measure(real: Res<Time<Real>>, simulated: Res<Time<Virtual>>, mut pace: ResMut<Pace>) {
+pub(super) fn measure(real: Res<Time<Real>>, simulated: Res<Time<Virtual>>, mut pace: ResMut<Pace>) {
     if !simulated.is_paused() {
         pace.add_frame(real.delta_secs(), simulated.delta_secs());
     }

@@ -8,8 +8,13 @@ use bevy::{
 use resecta_scenario::ActiveExercise;
 
 use super::{
-    ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems, between::Drawn, blood::Water, gland::sagittal, palette,
-    round_field::RoundField, veil::Veil,
+    ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems,
+    between::Drawn,
+    blood::Water,
+    gland::sagittal,
+    palette,
+    round_field::{Fineness, RoundField},
+    veil::Veil,
 };
 
 /// Nearest distance that is drawn, mm. Tissue may nearly touch the lens.
@@ -85,6 +90,7 @@ pub fn endoscope_camera() -> impl Bundle {
         EndoscopeCamera,
         Veil::default(),
         RoundField::default(),
+        Fineness::default(),
         Camera3d::default(),
         Projection::Perspective(PerspectiveProjection {
             near: NEAR_MM,

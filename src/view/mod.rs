@@ -53,6 +53,7 @@ pub(crate) use material::orifices;
 pub use material::{Anatomy, Cover, Look, Surface, ViewMaterial};
 pub(crate) use pictures::save_picture;
 pub use pictures::{PICTURE_SIZE, PictureError, Pictures, PicturesPlugin, finish_pictures};
+pub use round_field::Fineness;
 pub(crate) use round_field::shown_at;
 pub use surroundings::Landmark;
 

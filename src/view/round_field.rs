@@ -2,12 +2,16 @@
 //!
 //! Bent as by a telescope ([`BARREL`]), darker towards the rim, black outside, the mark of 12 o'clock on the rim, and the
 //! [`Veil`] of tissue at the lens. What is drawn in the window beside the endoscope's picture stays as it is.
+//!
+//! The finished picture may have been drawn with fewer pixels than are shown ([`Fineness`]): this pass is what spreads them.
 
 use bevy::{
     asset::embedded_asset,
+    camera::MainPassResolutionOverride,
     core_pipeline::fullscreen_material::{FullscreenMaterial, FullscreenMaterialPlugin},
+    ecs::query::QueryItem,
     prelude::*,
-    render::{extract_component::ExtractComponent, render_resource::ShaderType},
+    render::{extract_component::ExtractComponent, render_resource::ShaderType, sync_component::SyncComponent},
     shader::ShaderRef,
 };
 use resecta_scenario::ActiveExercise;
@@ -23,17 +27,41 @@ use super::{
 /// 10 to 15 % is common for telescopes (practice). The rim itself stays where it is, and with it the field of view.
 const BARREL: f32 = 0.12;
 
+/// With how many pixels an endoscope camera's picture is drawn, as a share of those shown, on each side: 0.1 to 1, which is
+/// where it begins. What lies outside counts as the nearest within.
+#[derive(Component, Reflect, Debug, Clone, Copy, PartialEq)]
+#[reflect(Component, Default)]
+pub struct Fineness(pub f32);
+
+impl Default for Fineness {
+    fn default() -> Self {
+        Fineness(1.0)
+    }
+}
+
+impl Fineness {
+    /// Of a picture of so many pixels, those to draw.
+    fn drawn(self, shown: UVec2) -> UVec2 {
+        // NaN counts as 1.
+        let share = self.0.min(1.0).max(0.1);
+        (shown.as_vec2() * share).round().as_uvec2().max(UVec2::ONE)
+    }
+}
+
 pub fn plugin(app: &mut App) {
+    app.register_type::<Fineness>();
     embedded_asset!(app, "round_field.wgsl");
     app.add_plugins(FullscreenMaterialPlugin::<RoundField>::default())
         .add_systems(Update, follow.after(follow_lens).in_set(ViewSystems::Follow));
 }
 
 /// What the pass knows, as its shader has it.
-#[derive(Component, ExtractComponent, ShaderType, Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Component, ShaderType, Debug, Clone, Copy, Default, PartialEq)]
 pub struct RoundField {
     /// Corner and size of the camera's part of the target, pixels.
     area: Vec4,
+    /// With how many of its pixels, from its corner on, the picture is drawn.
+    drawn: Vec2,
     /// Where the lens is, mm.
     place: Vec3,
     /// Of the field, pixels.
@@ -56,6 +84,21 @@ pub struct RoundField {
 impl FullscreenMaterial for RoundField {
     fn fragment_shader() -> ShaderRef {
         "embedded://resecta/view/round_field.wgsl".into()
+    }
+}
+
+impl SyncComponent for RoundField {
+    type Target = (RoundField, MainPassResolutionOverride);
+}
+
+impl ExtractComponent for RoundField {
+    type QueryData = &'static RoundField;
+    type QueryFilter = ();
+    type Out = (RoundField, MainPassResolutionOverride);
+
+    fn extract_component(field: QueryItem<Self::QueryData>) -> Option<Self::Out> {
+        // Before the camera has an area there is nothing to draw in it.
+        (field.drawn.min_element() >= 1.0).then(|| (*field, MainPassResolutionOverride(field.drawn.as_uvec2())))
     }
 }
 
@@ -85,19 +128,22 @@ pub fn shown_at(camera: &Camera, at: Vec2) -> Option<Vec2> {
 fn follow(
     active: Option<Res<ActiveExercise>>,
     instruments: Query<Drawn>,
-    mut cameras: Query<(&Camera, &Transform, &Veil, &mut RoundField), With<EndoscopeCamera>>,
+    mut cameras: Query<(&Camera, &Transform, &Veil, &Fineness, &mut RoundField), With<EndoscopeCamera>>,
 ) {
     let Some(instrument) = active.and_then(|active| instruments.get(active.instrument).ok()) else {
         return;
     };
     let (scope, state) = instrument.get();
     let half = (scope.geometry.field_of_view_deg.to_radians() / 2.0).tan();
-    for (camera, lens, veil, mut field) in &mut cameras {
-        let Some(area) = camera.physical_viewport_rect().map(|area| area.as_rect()) else {
+    for (camera, lens, veil, fineness, mut field) in &mut cameras {
+        let Some(area) = camera.physical_viewport_rect() else {
             continue;
         };
+        let drawn = fineness.drawn(area.size()).as_vec2();
+        let area = area.as_rect();
         field.set_if_neq(RoundField {
             area: Vec4::from((area.min, area.size())),
+            drawn,
             place: lens.translation,
             radius: 0.5 * area.size().min_element(),
             right: lens.right() * half,
@@ -129,6 +175,17 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn what_is_drawn_is_no_more_than_what_is_shown_and_never_nothing() {
+        let shown = UVec2::new(801, 720);
+        assert_eq!(Fineness::default().drawn(shown), shown);
+        assert_eq!(Fineness(0.5).drawn(shown), UVec2::new(401, 360));
+        for (share, least) in [(7.0, shown), (f32::NAN, shown), (-1.0, UVec2::new(80, 72))] {
+            assert_eq!(Fineness(share).drawn(shown), least, "{share}");
+        }
+        assert_eq!(Fineness(0.1).drawn(UVec2::ONE), UVec2::ONE);
     }
 
     #[test]

@@ -7,6 +7,7 @@
 // As `RoundField` in round_field.rs.
 struct RoundField {
     area: vec4<f32>,
+    drawn: vec2<f32>,
     place: vec3<f32>,
     radius: f32,
     right: vec3<f32>,
@@ -31,8 +32,13 @@ const PRESSED_MM: f32 = 1.2;
 const BLUR: f32 = 0.09;
 
 fn texel(at: vec2<f32>) -> vec3<f32> {
-    let last = field.area.xy + field.area.zw - 1.0;
+    let last = field.area.xy + field.drawn - 1.0;
     return textureLoad(picture, vec2<i32>(clamp(at, field.area.xy, last)), 0).rgb;
+}
+
+// The pixel as which was drawn what belongs to a pixel that is shown.
+fn as_drawn(shown: vec2<f32>) -> vec2<f32> {
+    return field.area.xy + (shown - field.area.xy) * field.drawn / field.area.zw;
 }
 
 // The picture between its pixels.
@@ -89,11 +95,11 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
 
     // As `straight` in round_field.rs.
     let straight = off_middle * (1.0 - field.barrel + field.barrel * far * far);
-    let there = at + (straight - off_middle) * field.radius;
+    let there = as_drawn(at + (straight - off_middle) * field.radius);
     var colour = between(there);
     let veil = veil_at(straight);
     if veil > 0.0 {
-        colour = mix(colour, blurred(there, BLUR * field.radius * veil), smoothstep(0.0, 0.3, veil));
+        colour = mix(colour, blurred(there, BLUR * field.radius * veil * field.drawn.y / field.area.w), smoothstep(0.0, 0.3, veil));
         colour = mix(colour, flesh(straight, far), smoothstep(0.05, 0.95, veil));
     }
     // Lenses darken towards the edge.
