@@ -272,7 +272,7 @@ impl Resection {
         for angle in angles.filter(|&angle| wanted(angle)) {
             let begin = taken.steps.len();
             taken.pulls += 1;
-            if taken.pulls % HEAT_EVERY == 0 {
+            if taken.pulls.is_multiple_of(HEAT_EVERY) {
                 taken.heat_mm3 += self.pull(angle, radius, &mut taken.steps)?;
                 continue;
             }
