@@ -24,7 +24,7 @@ pub struct Accuracy {
 enum Part {
     /// Integrators
     Methods,
-    /// Cuts (half a minute)
+    /// Cuts (some minutes)
     Cuts,
 }
 

@@ -1,5 +1,7 @@
 //! Which slots changed, so that a mesh's buffers are written only there.
 
+use crate::room;
+
 /// Slots of the surface that were written since the last time they were asked for, rising. A slot that was freed is
 /// among them, of triangles also one that is no more; one that did not exist before is too.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -37,6 +39,10 @@ impl Marked {
         }
         slots.sort_unstable();
         slots
+    }
+
+    pub fn make_room(&mut self) {
+        room::make(&mut self.is_marked);
     }
 
     pub fn bytes(&self) -> usize {

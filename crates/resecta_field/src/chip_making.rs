@@ -54,8 +54,10 @@ impl ChipMaking {
         let mut surface = Surface::like(&field.surface);
         surface.pieces.resize_with(points.cell_count(), Piece::default);
         surface.point_slots.resize(points.values.len(), NONE);
+        let mut walks = Walks::default();
+        walks.begin(&field.mesh, &points, &pentahedra);
         Self {
-            walks: Walks::new(&field.mesh, &points, &pentahedra),
+            walks,
             points,
             surface,
             pentahedra,

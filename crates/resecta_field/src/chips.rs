@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use glam::{DMat3, DVec3, Vec3};
 
 use crate::field::Field;
-use crate::{ChipMaking, FieldError, SurfaceKind};
+use crate::{ChipMaking, FieldError, SurfaceKind, room};
 
 /// What was there when the chip was begun, of all that has changed since.
 #[derive(Debug, Clone, Default)]
@@ -43,9 +43,12 @@ impl Before {
     /// Forgets points that are no more; none may be remembered.
     pub fn trim(&mut self, points: usize) {
         if points < self.values.len() {
-            self.values.truncate(points);
-            self.values.shrink_to_fit();
+            room::cut_off(&mut self.values, points);
         }
+    }
+
+    pub fn make_room(&mut self) {
+        room::make(&mut self.values);
     }
 
     #[inline(always)]
@@ -139,6 +142,7 @@ impl Field {
         let making = self.making(positions);
         self.before.end();
         self.release_emptied();
+        self.tidy();
         Ok(making)
     }
 
@@ -155,7 +159,7 @@ impl Field {
         Ok(making.advance(self, usize::MAX))
     }
 
-    fn making(&self, positions: &[Vec3]) -> Option<ChipMaking> {
+    fn making(&mut self, positions: &[Vec3]) -> Option<ChipMaking> {
         let before = &self.before;
         let lost: Vec<(u32, f64)> = (before.kept.iter())
             .map(|(&pentahedron, kept)| (pentahedron, kept - self.kept_mm3(pentahedron)))
@@ -163,12 +167,9 @@ impl Field {
         if lost.iter().map(|(_, mm3)| mm3).sum::<f64>() <= 0.0 {
             return None;
         }
-        let value = |point: u32| {
-            let after = self.points.values[point as usize];
-            before.value(point).map_or(-after.abs(), |before| before.min(-after))
-        };
+        let value = |point: u32, after: f32| before.value(point).map_or(-after.abs(), |before| before.min(-after));
         // Elsewhere the chip's values are nowhere positive.
-        let is_part = |&point: &u32| value(point) > 0.0;
+        let is_part = |&point: &u32| value(point, self.points.values[point as usize]) > 0.0;
         let pentahedra: Vec<u32> = (before.kept.keys().copied())
             .filter(|&pentahedron| self.points.of(pentahedron).iter().any(is_part))
             .collect();

@@ -76,7 +76,11 @@ impl Field {
         pentahedra.dedup();
         let mut edit = self.begin_edit();
         let changed = self.take(&mut edit, &pentahedra);
-        Ok(self.finish(edit, changed))
+        let cut = self.finish(edit, changed);
+        if !self.before.is_under_way() {
+            self.tidy();
+        }
+        Ok(cut)
     }
 
     /// Pentahedra that may reach into the box widened by the band, rising.

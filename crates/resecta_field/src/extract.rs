@@ -94,8 +94,8 @@ fn find(numbers: &[u32; 6], number: u32) -> usize {
     at
 }
 
-/// What has been extracted of some pentahedra.
-#[derive(Debug)]
+/// What has been extracted of some pentahedra, and room for it that is used again.
+#[derive(Debug, Clone, Default)]
 pub struct Walks {
     /// By cell: where the bits of its prisms begin; `NONE` of cells that are not extracted.
     begin: Vec<u32>,
@@ -111,25 +111,36 @@ pub struct Walks {
 }
 
 impl Walks {
-    /// Nothing yet, of these pentahedra.
-    pub fn new(mesh: &Mesh, points: &Points, pentahedra: &[u32]) -> Self {
-        let mut begin = vec![NONE; points.cell_count()];
+    /// Begins with nothing, of these pentahedra. What was begun before must have ended.
+    pub fn begin(&mut self, mesh: &Mesh, points: &Points, pentahedra: &[u32]) {
+        // Of few of all cells: those of the last time were forgotten one by one, so that a cut costs what it reaches.
+        self.begin.resize(points.cell_count(), NONE);
         let mut prisms = 0;
         for &pentahedron in pentahedra {
             if let Some(cell) = points.index(pentahedron) {
-                begin[cell] = prisms as u32;
+                self.begin[cell] = prisms as u32;
                 prisms += mesh.sub(pentahedron).prisms.len();
             }
         }
-        Self {
-            begin,
-            done: vec![0; prisms],
-            found: Vec::new(),
-            kept: Vec::new(),
-            turned: Vec::new(),
-            ahead: Vec::new(),
-            behind: Vec::new(),
+        self.done.clear();
+        self.done.resize(prisms, 0);
+        self.found.clear();
+    }
+
+    /// Ends what was begun of these pentahedra.
+    fn end(&mut self, points: &Points, pentahedra: &[u32]) {
+        for cell in pentahedra.iter().filter_map(|&pentahedron| points.index(pentahedron)) {
+            self.begin[cell] = NONE;
         }
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        4 * (self.begin.capacity() + self.ahead.capacity() + self.behind.capacity())
+            + 2 * self.done.capacity()
+            + self.found.capacity() * size_of::<(u32, u32, [u32; 3])>()
+            + self.kept.capacity()
+            + self.turned.capacity()
     }
 }
 
@@ -160,7 +171,8 @@ impl Surface {
         for &pentahedron in moved {
             self.place_vertices(mesh, points, sample, &mut gathered, pentahedron);
         }
-        let mut walks = Walks::new(mesh, points, turned);
+        let mut walks = std::mem::take(&mut self.walks);
+        walks.begin(mesh, points, turned);
         for &pentahedron in turned {
             self.extract(mesh, points, sample, &mut walks, pentahedron);
         }
@@ -170,10 +182,11 @@ impl Surface {
                 self.vertices.release(&mut self.pieces[cell].chunks);
             }
         }
-        let found = walks.found;
-        for (pentahedron, kept, triangle) in found {
+        for &(pentahedron, kept, triangle) in &walks.found {
             self.add(pentahedron, kept, triangle);
         }
+        walks.end(points, turned);
+        self.walks = walks;
     }
 
     /// Finds the triangles of a pentahedron, one of those that the walks are of, whose vertices have their places.

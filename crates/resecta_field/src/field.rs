@@ -192,10 +192,17 @@ impl Field {
                 self.points.release(&self.mesh, pentahedron);
             }
         }
+    }
+
+    /// Gives back what is not needed and makes room for what comes: not in the steps of a stroke, which are to be quick.
+    pub(crate) fn tidy(&mut self) {
         self.points.trim();
+        self.points.make_room();
         let points = self.points.values.len();
         self.surface.trim(points);
+        self.surface.make_room();
         self.before.trim(points);
+        self.before.make_room();
     }
 
     /// Begins an edit: points that it looks at are marked with its number.

@@ -56,6 +56,7 @@ mod mesh;
 mod moments;
 mod pieces;
 mod points;
+mod room;
 mod section;
 mod shape;
 mod stroke;

@@ -11,7 +11,7 @@ use crate::field::Edit;
 use crate::mesh::Mesh;
 use crate::sublattice::{FACES, Place, face_corners};
 use crate::surface::MOST_FREE;
-use crate::{capsule, volume};
+use crate::{capsule, room, volume};
 
 const NONE: u32 = u32::MAX;
 
@@ -98,28 +98,31 @@ pub struct Points {
 }
 
 impl Points {
-    /// Those of some touched pentahedra, numbered anew, with other values: by their numbers here. Nothing can be touched
-    /// or released there.
-    pub fn part(&self, pentahedra: &[u32], value: impl Fn(u32) -> f32) -> Self {
+    /// Those of some touched pentahedra, numbered anew, with other values: by their numbers here and the values that they
+    /// have here. Nothing can be touched or released there. No edit may be under way.
+    pub fn part(&mut self, pentahedra: &[u32], value: impl Fn(u32, f32) -> f32) -> Self {
         let mut part = Self {
             cell_of: vec![NONE; self.cell_of.len()],
             ..Self::default()
         };
-        let mut numbers = vec![NONE; self.values.len()];
+        // Between edits the marks are room for the new numbers, 1 more than each: a list of its own would be as long as all
+        // that was ever cut, and filling it take longer than the chip.
+        self.forget_marks(pentahedra);
         for &pentahedron in pentahedra {
-            let Some(cell) = self.cell(pentahedron) else {
+            let Some(index) = self.index(pentahedron) else {
                 continue;
             };
+            let cell = &self.cells[index];
             let number = |&point: &u32| {
-                let number = &mut numbers[point as usize];
-                if *number == NONE {
-                    *number = part.values.len() as u32;
-                    part.values.push(value(point));
+                let (mark, its) = (&mut self.marks[point as usize], self.values[point as usize]);
+                if *mark == 0 {
+                    part.values.push(value(point, its));
+                    *mark = part.values.len() as u32;
                     if !self.coagulation.is_empty() {
                         part.coagulation.push(self.coagulation[point as usize]);
                     }
                 }
-                *number
+                *mark - 1
             };
             let points = cell.points.iter().map(number).collect();
             part.cell_of[pentahedron as usize] = part.cells.len() as u32;
@@ -129,7 +132,17 @@ impl Points {
                 ..*cell
             });
         }
+        self.forget_marks(pentahedra);
         part
+    }
+
+    fn forget_marks(&mut self, pentahedra: &[u32]) {
+        for &pentahedron in pentahedra {
+            if let Some(index) = self.index(pentahedron) {
+                let points = &self.cells[index].points;
+                points.iter().for_each(|&point| self.marks[point as usize] = 0);
+            }
+        }
     }
 
     /// Index of a touched pentahedron's cell.
@@ -257,9 +270,10 @@ impl Points {
         self.cell_of[n] = RELEASED;
     }
 
-    /// Gives back free points at the end, where most are free.
+    /// Gives back free points at the end, where those are most of all.
     pub fn trim(&mut self) {
-        if self.free_points <= MOST_FREE.max(self.values.len() / 2) {
+        let half = self.values.len() / 2;
+        if self.free_points <= MOST_FREE.max(half) {
             return;
         }
         let mut blocks: Vec<(usize, usize)> = (self.free.iter().enumerate())
@@ -267,21 +281,29 @@ impl Points {
             .collect();
         blocks.sort_unstable();
         let mut end = self.values.len();
-        while blocks.last().is_some_and(|&(first, count)| first + count == end) {
-            if let Some((first, count)) = blocks.pop() {
-                end = first;
-                self.free_points -= count;
+        for &(first, count) in blocks.iter().rev() {
+            if first + count < end {
+                break;
             }
+            end = first;
         }
+        if end > half {
+            return;
+        }
+        self.free_points -= self.values.len() - end;
         for firsts in &mut self.free {
             firsts.retain(|&first| (first as usize) < end);
         }
-        for values in [&mut self.values, &mut self.coagulation] {
-            values.truncate(end);
-            values.shrink_to_fit();
-        }
-        self.marks.truncate(end);
-        self.marks.shrink_to_fit();
+        room::cut_off(&mut self.values, end);
+        room::cut_off(&mut self.coagulation, end);
+        room::cut_off(&mut self.marks, end);
+    }
+
+    pub fn make_room(&mut self) {
+        room::make(&mut self.values);
+        room::make(&mut self.coagulation);
+        room::make(&mut self.marks);
+        room::make(&mut self.cells);
     }
 
     /// Point inside an edge of a pentahedron, by its steps from the edge's first corner; none if nothing touched the

@@ -8,8 +8,10 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::changes::{Changes, Marked};
+use crate::extract::Walks;
 use crate::lookup::Lookup;
 use crate::mesh::Mesh;
+use crate::room;
 use crate::shape;
 use crate::sublattice::LANES;
 use crate::vertices::Vertices;
@@ -74,6 +76,7 @@ pub struct Surface {
     /// Triangle slots changed since they were last asked for.
     changes: Marked,
     pub(crate) version: u64,
+    pub(crate) walks: Walks,
     /// See [`Mesh`].
     orders: Arc<[[u8; 6]]>,
 }
@@ -93,6 +96,7 @@ impl Surface {
             point_slots: Vec::new(),
             changes: Marked::default(),
             version: 1,
+            walks: Walks::default(),
             orders: other.orders.clone(),
         }
     }
@@ -111,6 +115,7 @@ impl Surface {
             point_slots: Vec::new(),
             changes: Marked::default(),
             version: 1,
+            walks: Walks::default(),
             orders: mesh.orders.clone(),
         };
         for (pentahedron, face) in mesh.exposed_faces() {
@@ -170,24 +175,33 @@ impl Surface {
         self.first[pentahedron as usize] == NONE && !has_vertices
     }
 
-    /// Gives back free slots at the end, where most are free. `points`: how many there are.
+    /// Gives back free slots at the end, where those are most of all. `points`: how many there are.
     pub(crate) fn trim(&mut self, points: usize) {
         self.vertices.trim();
         if points < self.point_slots.len() {
-            self.point_slots.truncate(points);
-            self.point_slots.shrink_to_fit();
+            room::cut_off(&mut self.point_slots, points);
         }
         if self.free.len() > MOST_FREE.max(self.triangles.len() / 2) {
             let used = self.triangles.iter().rposition(|triangle| triangle[0] != NONE);
             let count = used.map_or(0, |last| last + 1);
-            self.triangles.truncate(count);
-            self.next.truncate(count);
-            self.kept.truncate(count);
+            if count > self.triangles.len() / 2 {
+                return;
+            }
+            room::cut_off(&mut self.triangles, count);
+            room::cut_off(&mut self.next, count);
+            room::cut_off(&mut self.kept, count);
             self.free.retain(|&slot| (slot as usize) < count);
-            self.triangles.shrink_to_fit();
-            self.next.shrink_to_fit();
-            self.kept.shrink_to_fit();
         }
+    }
+
+    pub(crate) fn make_room(&mut self) {
+        room::make(&mut self.triangles);
+        room::make(&mut self.next);
+        room::make(&mut self.kept);
+        room::make(&mut self.pieces);
+        room::make(&mut self.point_slots);
+        self.changes.make_room();
+        self.vertices.make_room();
     }
 
     /// Slots changed since the last time.
@@ -287,6 +301,7 @@ impl Surface {
             + 4 * (self.point_slots.capacity() + self.free.capacity())
             + self.triangles.capacity() * size_of::<[u32; 5]>()
             + self.changes.bytes()
+            + self.walks.bytes()
             + self.vertices.bytes()
     }
 }

@@ -16,6 +16,7 @@ use glam::Vec3;
 use crate::changes::Marked;
 use crate::lanes;
 use crate::mesh::Mesh;
+use crate::room;
 use crate::shape::{self, Shape};
 use crate::sublattice::{LANES, Lanes, face_corners};
 use crate::surface::{MOST_FREE, SurfaceKind};
@@ -257,24 +258,34 @@ impl Vertices {
         });
     }
 
-    /// Gives back free chunks at the end, where most are free.
+    /// Gives back free chunks at the end, where those are most of all.
     pub fn trim(&mut self) {
         if LANES * self.free.len() <= MOST_FREE.max(LANES * self.chunks.len() / 2) {
             return;
         }
         let used = self.owners.iter().rposition(|&owner| owner != NONE);
         let count = used.map_or(0, |last| last + 1);
-        self.chunks.truncate(count);
-        self.owners.truncate(count);
-        self.used.truncate(count);
+        if count > self.chunks.len() / 2 {
+            return;
+        }
+        room::cut_off(&mut self.chunks, count);
+        room::cut_off(&mut self.owners, count);
+        room::cut_off(&mut self.used, count);
         self.free.retain(|&chunk| (chunk as usize) < count);
         let slots = self.len();
-        self.rest.truncate(slots);
-        self.kinds.truncate(slots);
-        self.coagulation.truncate(slots);
-        self.chunks.shrink_to_fit();
-        self.rest.shrink_to_fit();
-        self.coagulation.shrink_to_fit();
+        room::cut_off(&mut self.rest, slots);
+        room::cut_off(&mut self.kinds, slots);
+        room::cut_off(&mut self.coagulation, slots);
+    }
+
+    pub fn make_room(&mut self) {
+        room::make(&mut self.chunks);
+        room::make(&mut self.owners);
+        room::make(&mut self.used);
+        room::make(&mut self.rest);
+        room::make(&mut self.kinds);
+        room::make(&mut self.coagulation);
+        self.changes.make_room();
     }
 
     /// The chunk of eight slots that a vertex is in; none for a node.

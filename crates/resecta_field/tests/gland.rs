@@ -59,6 +59,39 @@ fn a_gland_is_cut_from_end_to_end() {
     );
 }
 
+/// A list that is full is copied when it grows: once much was cut, that would take longer than the step of a stroke.
+#[test]
+fn no_list_moves_within_a_stroke() {
+    let lattice = tube(39.0, 35.0, 8.0);
+    let mut field = tube_field(&lattice, 0.5);
+    let positions = current(&lattice.positions, |place| place);
+    let lists = |field: &Field| {
+        let surface = field.surface();
+        [
+            surface.triangle_slots().as_ptr().cast::<u8>(),
+            surface.rest_places().as_ptr().cast(),
+            surface.kinds().as_ptr().cast(),
+            surface.coagulation_mm().as_ptr().cast(),
+        ]
+    };
+    let mut grown = 0;
+    for radius in [4.0, 7.0, 10.0] {
+        for n in 0..8 {
+            let angle = std::f64::consts::TAU * f64::from(n) / 8.0;
+            let before = lists(&field);
+            pull(&mut field, &positions, angle, radius, 35.0);
+            // The first strokes of all take as much as there is.
+            assert!(
+                radius == 4.0 || lists(&field) == before,
+                "a list moved in stroke {n} at {radius} mm"
+            );
+            field.take_chip(&positions).expect("good positions");
+            grown += usize::from(lists(&field) != before);
+        }
+    }
+    assert!(grown > 3, "lists are to grow, between strokes");
+}
+
 /// Canoes of 20 mm x 5 mm x 3 mm from the lining of a gland, at 50 mm/s and 60 Hz.
 #[test]
 fn usual_chips_are_closed() {

@@ -36,8 +36,8 @@ impl Cuts {
     }
 }
 
-/// Measures cuts and writes `cuts.md` and its charts into the folder `out`, which is made if it is missing. Takes half a
-/// minute.
+/// Measures cuts and writes `cuts.md` and its charts into the folder `out`, which is made if it is missing. Takes some
+/// minutes.
 ///
 /// # Errors
 ///
@@ -165,8 +165,8 @@ fn time(cuts: &Cuts) -> Chart {
         axes: [SPACING, "CPU time, ms"],
         marks: spacings(cuts),
         series: vec![
-            series("a step, median", |gland| gland.step.median),
-            series("a step, 99th percentile", |gland| gland.step.most),
+            series("a step, median", |gland| gland.steps.times.median),
+            series("a step, 99th percentile", |gland| gland.steps.times.most),
             series("a chip, median", |gland| gland.chip.median),
             series("moving 100,000 vertices", Gland::moving_many),
         ],
