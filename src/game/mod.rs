@@ -48,6 +48,7 @@ use std::path::PathBuf;
 use bevy::{
     log::LogPlugin,
     prelude::*,
+    render::RenderPlugin,
     window::{PresentMode, WindowResolution},
 };
 use bevy_egui::EguiPlugin;
@@ -121,6 +122,7 @@ pub fn gallery(folder: PathBuf) -> Result<Vec<PathBuf>, GameError> {
     let mut app = open(GameOptions::default(), Player::Nobody)?;
     app.add_plugins(gallery::GalleryPlugin {
         folder,
+        scripts: assets::find()?.join("scripts"),
         outcome: outcome.clone(),
     });
     app.run();
@@ -151,6 +153,11 @@ fn open(options: GameOptions, player: Player) -> Result<App, GameError> {
                     present_mode: PresentMode::AutoVsync,
                     ..default()
                 }),
+                ..default()
+            })
+            .set(RenderPlugin {
+                // Who waits for pictures waits for shaders.
+                synchronous_pipeline_compilation: matches!(player, Player::Nobody),
                 ..default()
             })
             .set(LogPlugin {
