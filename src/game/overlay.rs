@@ -220,9 +220,16 @@ fn briefing(
                 .num_columns(2)
                 .spacing([16.0, 3.0])
                 .show(ui, |ui| {
-                    for line in &card.lines {
+                    let points = |out_of: f64| RichText::new(format!("{out_of:.0}")).color(palette::ACCENT);
+                    // Many lines would push the buttons out of the window; where there are many they have parts.
+                    for part in &card.parts {
+                        ui.label(part.part.name());
+                        ui.label(points(part.out_of));
+                        ui.end_row();
+                    }
+                    for line in card.lines.iter().filter(|_| card.parts.is_empty()) {
                         ui.label(line.title).on_hover_text(&line.formula);
-                        ui.label(RichText::new(format!("{:.0}", line.out_of)).color(palette::ACCENT));
+                        ui.label(points(line.out_of));
                         ui.end_row();
                     }
                 });

@@ -43,8 +43,8 @@ const SETTLE_FRAMES: u32 = 10;
 const DRAWN_FRAMES: u32 = 2;
 /// Frames in which a window takes a new size.
 const RESIZE_FRAMES: u32 = 3;
-/// Steps a frame on the way to the next picture: as many as the game makes up for in one,
-const STEPS_A_FRAME: u32 = 6;
+/// Steps a frame on the way to the next picture,
+const STEPS_A_FRAME: u32 = 12;
 /// but for the last of it, s: jets and sparks, which are of frames, are then as in play.
 const IN_STEP_S: f64 = 0.5;
 /// How time goes where nothing is waited for. It never stands: what fades in goes by it, too.
@@ -89,6 +89,10 @@ pub(super) struct GalleryPlugin {
 
 impl Plugin for GalleryPlugin {
     fn build(&self, app: &mut App) {
+        // Nobody waits for a frame here: each may make all of its steps.
+        app.world_mut()
+            .resource_mut::<Time<Virtual>>()
+            .set_max_delta(Duration::from_secs(1));
         app.insert_resource(Gallery {
             folder: self.folder.clone(),
             scripts: self.scripts.clone(),

@@ -66,7 +66,6 @@ const OPERATION_PICTURES: &PlayPictures = {
         (12.4, Endoscope, Off, "chip"),
         (18.0, Endoscope, Off, "cut_surface"),
         (19.4, Endoscope, Off, "chips_in_bladder"),
-        (24.7, Endoscope, Off, "near_capsule"),
         (27.4, Endoscope, Off, "coagulating"),
         (29.4, Endoscope, Off, "coagulated"),
         (33.2, Endoscope, Off, "jets"),
