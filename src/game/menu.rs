@@ -119,7 +119,7 @@ fn style(context: &Context) {
         style.spacing.item_spacing = egui::vec2(8.0, 7.0);
         let visuals = &mut style.visuals;
         visuals.panel_fill = palette::GROUND;
-        visuals.window_fill = palette::GROUND.gamma_multiply(0.97);
+        visuals.window_fill = palette::GROUND;
         visuals.window_stroke = Stroke::new(1.0, palette::LINE);
         visuals.window_corner_radius = CornerRadius::same(10);
         visuals.extreme_bg_color = Color32::from_rgb(9, 11, 14);

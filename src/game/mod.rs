@@ -50,6 +50,7 @@ use std::path::PathBuf;
 use bevy::{
     log::LogPlugin,
     prelude::*,
+    render::RenderPlugin,
     window::{PresentMode, WindowResolution},
 };
 use bevy_egui::EguiPlugin;
@@ -123,6 +124,7 @@ pub fn gallery(folder: PathBuf) -> Result<Vec<PathBuf>, GameError> {
     let mut app = open(GameOptions::default(), Player::Nobody)?;
     app.add_plugins(gallery::GalleryPlugin {
         folder,
+        scripts: assets::find()?.join("scripts"),
         outcome: outcome.clone(),
     });
     app.run();
@@ -153,6 +155,11 @@ fn open(options: GameOptions, player: Player) -> Result<App, GameError> {
                     present_mode: PresentMode::AutoVsync,
                     ..default()
                 }),
+                ..default()
+            })
+            .set(RenderPlugin {
+                // Who waits for pictures waits for shaders.
+                synchronous_pipeline_compilation: matches!(player, Player::Nobody),
                 ..default()
             })
             .set(LogPlugin {

@@ -1,5 +1,7 @@
 //! What lies over the views: briefing, pause and help, the names of landmarks, the state of the current, warnings.
 
+use std::borrow::Cow;
+
 use bevy::prelude::*;
 use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
@@ -58,7 +60,9 @@ fn over_views(
     outsides: Query<(&Camera, &GlobalTransform), With<OutsideCamera>>,
     landmarks: Query<(&Landmark, &GlobalTransform)>,
 ) -> Result {
-    let Some(active) = active.filter(|_| flow.phase.shows_exercise()) else {
+    // The briefing covers most of the views: names would stand half behind it.
+    let is_free = flow.phase.shows_exercise() && flow.phase != Phase::Briefing;
+    let Some(active) = active.filter(|_| is_free) else {
         return Ok(());
     };
     let context = contexts.ctx_mut()?;
@@ -147,21 +151,24 @@ fn windows(
     card: Res<ScoreCard>,
     focus: Res<MenuFocus>,
     bindings: Res<InstrumentBindings>,
+    pads: Query<(), With<Gamepad>>,
     mut flow: ResMut<GameFlow>,
 ) -> Result {
     let context = contexts.ctx_mut()?;
     let lead = focus.lead;
     let beside = if flow.phase.shows_exercise() { PANEL_WIDTH } else { 0.0 };
+    let controls = Controls::of(&bindings, cfg!(feature = "gamepad") || !pads.is_empty());
+    let width = if controls.has_pad() { 900.0 } else { 760.0 };
     if flow.help {
-        menu::window(context, "Help", 760.0, beside, |ui| {
-            help(ui, &bindings, lead, &mut flow)
+        menu::window(context, "Help", width, beside, |ui| {
+            help(ui, &controls, lead, &mut flow)
         });
         return Ok(());
     }
     let Some(active) = active else { return Ok(()) };
     match flow.phase {
-        Phase::Briefing => menu::window(context, &active.exercise.title, 760.0, beside, |ui| {
-            briefing(ui, &active, &card, &bindings, lead, &mut flow);
+        Phase::Briefing => menu::window(context, &active.exercise.title, width, beside, |ui| {
+            briefing(ui, &active, &card, &controls, lead, &mut flow);
         }),
         Phase::Paused => menu::window(context, "Pause", 300.0, beside, |ui| pause(ui, lead, &mut flow)),
         _ => {}
@@ -185,7 +192,7 @@ fn briefing(
     ui: &mut Ui,
     active: &ActiveExercise,
     card: &ScoreCard,
-    bindings: &InstrumentBindings,
+    controls: &Controls,
     lead: bool,
     flow: &mut GameFlow,
 ) {
@@ -202,7 +209,10 @@ fn briefing(
             ui.label(format!("• within {} min", clock(exercise.limits.time_s)));
             ui.add_space(4.0);
             menu::caption(ui, "To look at");
-            ui.label("Marked tissue is dyed blue. The notch on the rim of the picture is 12 o'clock (anterior).");
+            if active.dyed().is_some() {
+                ui.label("Marked tissue is dyed blue.");
+            }
+            ui.label("The notch on the rim of the picture is 12 o'clock (anterior).");
         });
         menu::part(ui, [half, 0.0], |ui| {
             menu::caption(ui, "What counts, points");
@@ -210,9 +220,16 @@ fn briefing(
                 .num_columns(2)
                 .spacing([16.0, 3.0])
                 .show(ui, |ui| {
-                    for line in &card.lines {
+                    let points = |out_of: f64| RichText::new(format!("{out_of:.0}")).color(palette::ACCENT);
+                    // Many lines would push the buttons out of the window; where there are many they have parts.
+                    for part in &card.parts {
+                        ui.label(part.part.name());
+                        ui.label(points(part.out_of));
+                        ui.end_row();
+                    }
+                    for line in card.lines.iter().filter(|_| card.parts.is_empty()) {
                         ui.label(line.title).on_hover_text(&line.formula);
-                        ui.label(RichText::new(format!("{:.0}", line.out_of)).color(palette::ACCENT));
+                        ui.label(points(line.out_of));
                         ui.end_row();
                     }
                 });
@@ -220,7 +237,7 @@ fn briefing(
     });
     ui.separator();
     menu::caption(ui, "Controls");
-    in_halves(ui, &bindings.help());
+    in_halves(ui, controls);
     ui.add_space(8.0);
     ui.horizontal(|ui| {
         menu::wish(ui, "Begin (Enter)", Wish::Play, lead, flow);
@@ -230,41 +247,113 @@ fn briefing(
     });
 }
 
-fn help(ui: &mut Ui, bindings: &InstrumentBindings, lead: bool, flow: &mut GameFlow) {
+fn help(ui: &mut Ui, controls: &Controls, lead: bool, flow: &mut GameFlow) {
     ui.label(
         "A cut: push the loop out over the tissue, lower the tip until the loop sinks in, press the cutting pedal, draw \
          the loop in, release. The sheath stays still. Cut only above the verumontanum (green mark).",
     );
     ui.separator();
     menu::caption(ui, "Instrument");
-    in_halves(ui, &bindings.help());
+    in_halves(ui, controls);
     ui.separator();
     menu::caption(ui, "Game");
-    table(ui, "game keys", &KEYS.map(|(what, key)| (what, key.to_owned())));
+    table(
+        ui,
+        "game keys",
+        &[],
+        &KEYS.map(|row| <[&str; 2]>::from(row).map(Cow::from).to_vec()),
+    );
     ui.add_space(6.0);
     menu::wish(ui, "Close (H)", Wish::Help, lead, flow);
 }
 
+/// What moves the instrument: rows of an action and its inputs, by keyboard and mouse and, where there is one, by gamepad.
+struct Controls {
+    titles: &'static [&'static str],
+    rows: Vec<Vec<Cow<'static, str>>>,
+}
+
+impl Controls {
+    fn of(bindings: &InstrumentBindings, with_pad: bool) -> Self {
+        let mut rows: Vec<Vec<Cow<str>>> = bindings
+            .help()
+            .into_iter()
+            .map(|(what, inputs)| vec![what.into(), inputs.into()])
+            .collect();
+        if !with_pad {
+            return Controls { titles: &[], rows };
+        }
+        for (row, (_, inputs)) in rows.iter_mut().zip(bindings.pad_help()) {
+            row.push(inputs.into());
+        }
+        let titles = &["", "Keyboard, mouse", "Gamepad"];
+        Controls { titles, rows }
+    }
+
+    fn has_pad(&self) -> bool {
+        !self.titles.is_empty()
+    }
+}
+
 /// A long table as two beside each other.
-fn in_halves(ui: &mut Ui, rows: &[(&str, String)]) {
+fn in_halves(ui: &mut Ui, controls: &Controls) {
     let half = ui.available_width() / 2.0 - 10.0;
-    let (left, right) = rows.split_at(rows.len().div_ceil(2));
+    let (left, right) = controls.rows.split_at(controls.rows.len().div_ceil(2));
     ui.horizontal_top(|ui| {
         for (name, rows) in [("left half", left), ("right half", right)] {
-            menu::part(ui, [half, 0.0], |ui| table(ui, name, rows));
+            menu::part(ui, [half, 0.0], |ui| table(ui, name, controls.titles, rows));
         }
     });
 }
 
-fn table(ui: &mut Ui, name: &str, rows: &[(&str, String)]) {
+/// Rows of what is done and what does it, below titles if there are any.
+fn table(ui: &mut Ui, name: &str, titles: &[&str], rows: &[Vec<Cow<str>>]) {
+    let columns = rows.first().map_or(0, Vec::len);
     egui::Grid::new(name)
-        .num_columns(2)
+        .num_columns(columns)
         .spacing([16.0, 3.0])
         .show(ui, |ui| {
-            for (what, key) in rows {
-                ui.label(RichText::new(*what).size(13.5).color(palette::WEAK));
-                ui.label(RichText::new(key).size(13.5).color(palette::TEXT));
+            if !titles.is_empty() {
+                for title in titles {
+                    ui.label(RichText::new(*title).size(12.0).strong().color(palette::WEAK));
+                }
+                ui.end_row();
+            }
+            for row in rows {
+                for (column, cell) in row.iter().enumerate() {
+                    let colour = if column == 0 { palette::WEAK } else { palette::TEXT };
+                    ui.label(RichText::new(cell.as_ref()).size(13.5).color(colour));
+                }
                 ui.end_row();
             }
         });
+}
+
+#[cfg(test)]
+mod tests {
+    use resecta_instrument::{BoundInput, InstrumentAction};
+
+    use super::*;
+
+    #[test]
+    fn a_gamepad_is_named_beside_the_keys_where_there_is_one() {
+        let mut bindings = InstrumentBindings::default();
+        let plain = Controls::of(&bindings, false);
+        assert!(plain.rows.iter().all(|row| row.len() == 2) && !plain.has_pad());
+
+        let pad = BoundInput::PadButton(GamepadButton::South);
+        bindings.bind(InstrumentAction::Cut, pad, None);
+        let both = Controls::of(&bindings, true);
+        assert_eq!(both.rows.len(), bindings.rows.len());
+        for (row, bound) in both.rows.iter().zip(&bindings.rows) {
+            let [what, keys, pads] = &row[..] else {
+                panic!("{row:?}")
+            };
+            assert_eq!(what, bound.action.label());
+            for input in &bound.inputs {
+                let its = if input.is_pad() { pads } else { keys };
+                assert!(its.contains(&input.to_string()), "{input} of {row:?}");
+            }
+        }
+    }
 }

@@ -48,14 +48,15 @@ fn show(
     );
     let frame = egui::Frame::new()
         .fill(palette::GROUND)
-        .inner_margin(egui::Margin::same(12));
+        .inner_margin(egui::Margin::symmetric(12, 8));
     egui::Panel::right("panel")
         .exact_size(PANEL_WIDTH)
         .resizable(false)
         .frame(frame)
         .show(&mut root, |ui| {
             egui::ScrollArea::vertical().show(ui, |ui| {
-                ui.spacing_mut().item_spacing.y = 4.0;
+                // All of it fits the height that screens are laid out for: the mouse has the instrument and cannot scroll.
+                ui.spacing_mut().item_spacing.y = 3.0;
                 for text in [egui::TextStyle::Body, egui::TextStyle::Button] {
                     ui.style_mut()
                         .text_styles
@@ -110,16 +111,22 @@ fn score(ui: &mut Ui, card: &ScoreCard) {
     });
     egui::Grid::new("score")
         .num_columns(2)
-        .spacing([10.0, 2.0])
+        .spacing([10.0, 1.0])
         .show(ui, |ui| {
-            for line in &card.lines {
-                ui.label(RichText::new(line.title).weak());
-                right(
-                    ui,
-                    RichText::new(format!("{:.1} / {:.0}", line.points, line.out_of)).weak(),
-                );
+            let mut row = |title: &str, points: f64, out_of: f64| {
+                ui.label(RichText::new(title).weak());
+                right(ui, RichText::new(format!("{points:.1} / {out_of:.0}")).weak());
                 ui.end_row();
+            };
+            // Where there are many lines they have parts.
+            if card.parts.is_empty() {
+                card.lines
+                    .iter()
+                    .for_each(|line| row(line.title, line.points, line.out_of));
             }
+            card.parts
+                .iter()
+                .for_each(|part| row(part.part.name(), part.points, part.out_of));
         });
 }
 
@@ -235,18 +242,8 @@ fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {
     let rate = if pace.frame_s > 0.0 { 1.0 / pace.frame_s } else { 0.0 };
     let rows = [
         (
-            "Nodes, elements",
-            format!("{}, {}", diagnostics.nodes, diagnostics.pentahedra),
-            plain,
-        ),
-        (
             "Step of 16.7 ms takes",
             format!("{:.1} ms", diagnostics.step().as_secs_f64() * 1e3),
-            plain,
-        ),
-        (
-            "Substeps, contacts",
-            format!("{}, {}", diagnostics.substeps, diagnostics.contacts),
             plain,
         ),
         ("Error estimate", format!("{:.0e} mm", diagnostics.error_mm), plain),
@@ -270,7 +267,7 @@ fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {
 fn table<const ROWS: usize>(ui: &mut Ui, name: &str, rows: [(&str, String, Color32); ROWS]) {
     egui::Grid::new(name)
         .num_columns(2)
-        .spacing([10.0, 2.0])
+        .spacing([10.0, 1.0])
         .show(ui, |ui| {
             for (title, value, colour) in rows {
                 ui.label(RichText::new(title).color(palette::WEAK));

@@ -5,7 +5,7 @@ use bevy::{
     prelude::*,
 };
 use resecta_anatomy::Case;
-use resecta_scenario::ActiveExercise;
+use resecta_scenario::{ActiveExercise, MarkedRegion};
 use resecta_tissue::{Tissue, TissueTint};
 
 use super::{
@@ -44,7 +44,7 @@ fn dress(
         if let Some(active) = active.as_ref().filter(|active| active.tissue == entity) {
             material.anatomy = Anatomy::of_case(&active.case);
             let dye = palette::MARK.with_alpha(palette::MARK_SHARE);
-            for pentahedron in active.marked.pentahedra() {
+            for pentahedron in active.dyed().into_iter().flat_map(MarkedRegion::pentahedra) {
                 let nodes = tissue.solver().pentahedron_nodes(pentahedron);
                 tint.nodes.extend(nodes.map(|node| (node, dye)));
             }

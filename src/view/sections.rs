@@ -12,7 +12,7 @@ use bevy::{
     mesh::PrimitiveTopology,
     prelude::*,
 };
-use resecta_scenario::ActiveExercise;
+use resecta_scenario::{ActiveExercise, MarkedRegion};
 use resecta_tissue::{Plane, Tissue};
 
 use super::{
@@ -56,7 +56,7 @@ fn add_section(
     };
     let Ok(tissue) = glands.get(active.tissue) else { return };
     let solver = tissue.solver();
-    let marked: BTreeSet<u32> = active.marked.pentahedra().collect();
+    let marked: BTreeSet<u32> = active.dyed().into_iter().flat_map(MarkedRegion::pentahedra).collect();
     let colour = |pentahedron: u32| {
         if marked.contains(&pentahedron) {
             palette::MARK * 1.25

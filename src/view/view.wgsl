@@ -78,9 +78,10 @@ fn bell(x: f32) -> f32 {
     return exp(-x * x);
 }
 
-// A line along the middle value of a noise, thinner than `width` (of the noise's own length).
+// A line along the middle value of a noise, thinner than `width` (of the noise's own length), hardly wider where the noise is
+// flat.
 fn line(value: vec4<f32>, width: f32) -> f32 {
-    let far = abs(value.w - 0.5) / (length(value.xyz) + 0.6);
+    let far = abs(value.w - 0.5) / (length(value.xyz) + 0.2);
     return 1.0 - smoothstep(0.3 * width, width + 0.001, far);
 }
 
@@ -103,8 +104,9 @@ fn around_lumen(rest: vec3<f32>) -> vec2<f32> {
     return across / max(length(across), 0.3);
 }
 
-// Wall of the lumen and of the bladder: folds along the urethra, vessels, the ring of the neck, the landmarks.
-fn mucosa(rest: vec3<f32>, colour: vec3<f32>, coarse: vec4<f32>, fine: vec4<f32>) -> Skin {
+// Wall of the lumen and of the bladder: folds along the urethra, vessels, the ring of the neck, the landmarks. `far` is the way
+// to the eye, mm.
+fn mucosa(rest: vec3<f32>, colour: vec3<f32>, coarse: vec4<f32>, fine: vec4<f32>, far: f32) -> Skin {
     var skin = Skin(colour, coarse.xyz * 0.45 + fine.xyz * 0.35, 1.0);
     let above_neck = (rest.z - anatomy.neck.z) * anatomy.neck.w;
     // Of the bladder's colour from the neck on, along an uneven line.
@@ -115,18 +117,27 @@ fn mucosa(rest: vec3<f32>, colour: vec3<f32>, coarse: vec4<f32>, fine: vec4<f32>
         skin.colour *= mix(0.80 + 0.40 * folds.w, 1.0, vesical);
     }
     skin.colour *= mix(vec3(1.0), vec3(0.96, 1.22, 1.20), vesical);
+    // The bladder's wall is paler in patches, smoother and duller: far away its sheen would turn all of it grey.
+    if vesical > 0.0 {
+        let patches = noise(rest * 0.13 + vec3(3.0, 11.0, 7.0));
+        skin.colour *= mix(vec3(1.0), 0.82 + 0.36 * vec3(patches.w), vesical);
+        skin.rise = mix(skin.rise, 0.6 * skin.rise + 2.4 * patches.xyz, vesical);
+        skin.gloss *= 1.0 - 0.7 * vesical;
+    }
 
     // Vessels under it, that taper and end, mostly along the urethra.
     let strong = smoothstep(0.40, 0.80, coarse.w);
     var vessel = 0.0;
     if strong > 0.0 {
         let stem = noise(rest * vec3(0.46, 0.46, 0.30) + coarse.xyz * 0.12);
-        vessel = 0.70 * line(stem, 0.045 * strong);
+        vessel = 0.55 * line(stem, 0.042 * strong);
     }
     if strong < 0.9 {
         let twig = noise(rest * vec3(1.3, 1.3, 0.8) + vec3(40.0, 0.0, 9.0) + fine.xyz * 0.06);
-        vessel = max(vessel, 0.40 * line(twig, 0.075 * (0.9 - strong)));
+        vessel = max(vessel, 0.34 * line(twig, 0.070 * (0.9 - strong)));
     }
+    // Those of the bladder are finer, and lost far away, where they would be thinner than a pixel.
+    vessel *= mix(1.0, 0.7 / (1.0 + 0.006 * far * far), vesical);
     skin.colour *= mix(vec3(1.0), vec3(0.70, 0.36, 0.38), vessel) * (0.88 + 0.24 * coarse.w);
 
     // The bladder neck: circular fibres raise it in narrow rings.
@@ -302,7 +313,7 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
                 whole = 1.0;
             }
             if whole > 0.0 {
-                skin = mucosa(rest, colour, coarse, fine);
+                skin = mucosa(rest, colour, coarse, fine, length(place - eye));
             }
             if whole < 1.0 {
                 let fibrous = 1.0 - smoothstep(0.30, 0.50, vertex.a);

@@ -48,6 +48,13 @@ pub struct ActiveExercise {
     pub instrument: Entity,
 }
 
+impl ActiveExercise {
+    /// The marked tissue, where the exercise has it dyed.
+    pub fn dyed(&self) -> Option<&MarkedRegion> {
+        Some(&self.marked).filter(|_| self.exercise.marked.dyed)
+    }
+}
+
 /// Puts a prepared exercise into the world in place of the one before: gland, instrument, marks, fresh metrics, score and
 /// trace; the run stands at its briefing. Cannot fail: preparing was where it could.
 ///

@@ -34,10 +34,13 @@ pub fn plugin(app: &mut App) {
 
 /// A page of the debriefing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-enum Page {
+pub enum Page {
+    /// Line by line.
     #[default]
     Score,
+    /// Plots.
     Course,
+    /// What was cut.
     Map,
 }
 
@@ -51,8 +54,9 @@ impl Page {
 
 /// What the debriefing shows, gathered when a run ends.
 #[derive(Resource, Debug, Default)]
-struct Debriefing {
-    page: Page,
+pub struct Debriefing {
+    /// The page that is shown.
+    pub page: Page,
     map: Option<CutMap>,
 }
 

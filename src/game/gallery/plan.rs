@@ -3,27 +3,27 @@
 use std::collections::VecDeque;
 
 use super::{Guidance, Phase, ViewLayout, Wish};
+use crate::game::debrief::Page;
 
-/// Names and sizes of the windows, pixels.
-const SIZES: [(&str, [u32; 2]); 2] = [("1280x720", [1280, 720]), ("2560x1440", [2560, 1440])];
-
-/// Through the urethra into the bladder and back; strokes, coagulation.
-const OPERATION: &str = include_str!("operation.ron");
+/// The middle lobe taken away in layers, with nobody who stops bleeding.
+const LOBE: &str = "first_cuts.ron";
+/// Where that ends here, s.
+const LOBE_S: f64 = 20.0;
+/// Through the urethra into the bladder and back; strokes to the capsule and through arteries, both currents.
+const OPERATION: &str = "gallery.ron";
 /// The first steps of the tutorial.
-const TUTORIAL: &str = include_str!("../../../assets/scripts/tutorial.ron");
+const TUTORIAL: &str = "tutorial.ron";
 
 /// Something that leads to the next picture.
 #[derive(Debug, Clone, Copy)]
 pub enum Deed {
-    /// Sizes the window; its pictures go to a folder of this name.
-    Size(&'static str, [u32; 2]),
     /// Presses a button.
     Wish(Wish),
     /// Looks at an exercise in the catalogue.
     Select(&'static str),
     /// Waits until the player is there.
     Await(Phase),
-    /// Gives the instrument to a script.
+    /// Gives the instrument to a shipped script.
     Script(&'static str),
     /// Lets simulated time hurry on to there, s.
     PlayTo(f64),
@@ -33,81 +33,114 @@ pub enum Deed {
     Guide(Guidance),
     /// Opens or closes the settings.
     Settings(bool),
-    /// Lets some frames pass.
-    Settle,
-    /// Takes a picture of the window.
+    /// Turns to a page of the debriefing.
+    Debrief(Page),
+    /// Draws the views between pictures, too: the debriefing shows some of what was seen.
+    Watch(bool),
+    /// Lets the screen settle and takes a picture of the window at every size.
     Picture(&'static str),
 }
 
-/// Pictures during the operation: when, s, which views, and the name.
-const OPERATION_PICTURES: [(f64, ViewLayout, Guidance, &str); 15] = {
+/// Pictures during play: when, s, which views, and the name.
+type PlayPictures = [(f64, ViewLayout, Guidance, &'static str)];
+
+/// Of the middle lobe.
+const LOBE_PICTURES: &PlayPictures = {
     use Guidance::{All, Off};
+    use ViewLayout::Both;
+    &[(8.2, Both, Off, "play"), (11.0, Both, All, "guidance")]
+};
+
+/// Of the operation.
+const OPERATION_PICTURES: &PlayPictures = {
+    use Guidance::Off;
     use ViewLayout::{Both, Endoscope, Outside};
-    [
-        (1.0, Endoscope, Off, "urethra"),
-        (2.4, Endoscope, Off, "verumontanum"),
-        (4.8, Endoscope, Off, "bladder_neck"),
-        (5.7, Endoscope, Off, "bladder"),
-        (7.4, Endoscope, Off, "loop_out"),
-        (8.2, Endoscope, Off, "cutting"),
-        (8.7, Both, Off, "cutting_both"),
-        (11.0, Endoscope, Off, "chip"),
-        (15.4, Endoscope, Off, "cut_surface"),
-        (15.5, Both, All, "guidance"),
-        (17.5, Endoscope, Off, "coagulating"),
-        (19.0, Endoscope, Off, "coagulated"),
-        (29.0, Endoscope, Off, "bed"),
-        (29.1, Outside, Off, "outside"),
-        (31.0, Endoscope, Off, "lens_at_wall"),
+    &[
+        (0.9, Endoscope, Off, "urethra"),
+        (2.2, Endoscope, Off, "verumontanum"),
+        (4.4, Endoscope, Off, "bladder_neck"),
+        (5.8, Endoscope, Off, "bladder"),
+        (8.0, Endoscope, Off, "loop_out"),
+        (9.3, Endoscope, Off, "dent"),
+        (10.9, Endoscope, Off, "cutting"),
+        (12.4, Endoscope, Off, "chip"),
+        (18.0, Endoscope, Off, "cut_surface"),
+        (19.4, Endoscope, Off, "chips_in_bladder"),
+        (27.4, Endoscope, Off, "coagulating"),
+        (29.4, Endoscope, Off, "coagulated"),
+        (33.2, Endoscope, Off, "jets"),
+        (43.0, Both, Off, "bleeding"),
+        (43.5, Outside, Off, "outside"),
+        (44.7, Endoscope, Off, "red_out"),
+        (48.8, Endoscope, Off, "lens_in_tissue"),
     ]
 };
 
-/// Everything, at every size.
+/// Everything.
 pub fn deeds() -> VecDeque<Deed> {
-    use Deed::*;
-    let mut deeds = VecDeque::new();
-    let picture = |name| [Settle, Picture(name), Settle];
-    for (name, size) in SIZES {
-        deeds.extend([
-            Size(name, size),
-            Wish(self::Wish::Title),
-            Guide(Guidance::Off),
-            Views(ViewLayout::Both),
-        ]);
-        deeds.extend(picture("title"));
-        deeds.push_back(Wish(self::Wish::Choose));
-        deeds.extend(picture("choose"));
-        deeds.push_back(Settings(true));
-        deeds.extend(picture("settings"));
-        deeds.push_back(Settings(false));
+    let mut deeds = VecDeque::from([
+        Deed::Wish(Wish::Title),
+        Deed::Guide(Guidance::Off),
+        Deed::Picture("title"),
+    ]);
+    deeds.extend([Deed::Settings(true), Deed::Picture("settings"), Deed::Settings(false)]);
 
-        deeds.extend([Select("tutorial"), Wish(self::Wish::Open), Await(Phase::Briefing)]);
-        deeds.extend(picture("tutorial_briefing"));
-        deeds.extend([Script(TUTORIAL), Wish(self::Wish::Play), PlayTo(5.0)]);
-        deeds.extend(picture("tutorial"));
-        deeds.extend([
-            Wish(self::Wish::Pause),
-            Wish(self::Wish::End),
-            Await(Phase::Result),
-            Wish(self::Wish::Choose),
-        ]);
+    deeds.extend(begin("tutorial", "tutorial_briefing", TUTORIAL));
+    deeds.extend([Deed::PlayTo(5.0), Deed::Picture("tutorial")]);
+    deeds.extend(end());
 
-        deeds.extend([Select("middle_lobe"), Wish(self::Wish::Open), Await(Phase::Briefing)]);
-        deeds.extend(picture("briefing"));
-        deeds.extend([Script(OPERATION), Wish(self::Wish::Play)]);
-        for (time_s, views, guidance, name) in OPERATION_PICTURES {
-            deeds.extend([Views(views), Guide(guidance), PlayTo(time_s)]);
-            deeds.extend(picture(name));
-        }
-        deeds.push_back(Views(ViewLayout::Both));
-        deeds.push_back(Wish(self::Wish::Help));
-        deeds.extend(picture("help"));
-        deeds.extend([Wish(self::Wish::Help), Settle, Wish(self::Wish::Pause)]);
-        deeds.extend(picture("pause"));
-        deeds.extend([Wish(self::Wish::End), Await(Phase::Result)]);
-        deeds.extend(picture("debriefing"));
-        deeds.push_back(Wish(self::Wish::Choose));
-        deeds.push_back(Await(Phase::Choosing));
+    deeds.extend(begin("full_operation", "operation_briefing", OPERATION));
+    deeds.extend(play(OPERATION_PICTURES));
+    deeds.extend(end());
+
+    deeds.extend(begin("middle_lobe", "briefing", LOBE));
+    deeds.push_back(Deed::Watch(true));
+    deeds.extend(play(LOBE_PICTURES));
+    deeds.extend([Deed::Wish(Wish::Help), Deed::Picture("help"), Deed::Wish(Wish::Help)]);
+    deeds.extend([Deed::Wish(Wish::Pause), Deed::Picture("pause"), Deed::Wish(Wish::Play)]);
+    deeds.extend([Deed::Watch(false), Deed::PlayTo(LOBE_S)]);
+    deeds.extend(end());
+    for (page, name) in [
+        (Page::Score, "debriefing"),
+        (Page::Course, "debriefing_course"),
+        (Page::Map, "debriefing_map"),
+    ] {
+        deeds.extend([Deed::Debrief(page), Deed::Picture(name)]);
     }
+    deeds.extend([Deed::Wish(Wish::Choose), Deed::Picture("choose")]);
     deeds
+}
+
+/// Opens an exercise, takes a picture of its briefing and begins, with a script at the instrument.
+fn begin(exercise: &'static str, briefing: &'static str, script: &'static str) -> [Deed; 7] {
+    [
+        Deed::Wish(Wish::Choose),
+        Deed::Select(exercise),
+        Deed::Wish(Wish::Open),
+        Deed::Await(Phase::Briefing),
+        Deed::Picture(briefing),
+        Deed::Script(script),
+        Deed::Wish(Wish::Play),
+    ]
+}
+
+/// Plays from picture to picture.
+fn play(pictures: &'static PlayPictures) -> impl Iterator<Item = Deed> {
+    pictures.iter().flat_map(|&(time_s, views, guidance, name)| {
+        [
+            Deed::Views(views),
+            Deed::Guide(guidance),
+            Deed::PlayTo(time_s),
+            Deed::Picture(name),
+        ]
+    })
+}
+
+/// Ends the run, wherever it is.
+fn end() -> [Deed; 3] {
+    [
+        Deed::Wish(Wish::Pause),
+        Deed::Wish(Wish::End),
+        Deed::Await(Phase::Result),
+    ]
 }

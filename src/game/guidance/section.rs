@@ -25,7 +25,7 @@ pub struct Frame {
 
 /// Draws the section of a tissue at a height, mm, `side` pixels wide and high; x to the right (patient's left), y down
 /// (posterior). Transparent where there is no tissue.
-pub fn draw(tissue: &Tissue, marked: &MarkedRegion, z_mm: f32, frame: Frame, side: usize) -> ColorImage {
+pub fn draw(tissue: &Tissue, dyed: Option<&MarkedRegion>, z_mm: f32, frame: Frame, side: usize) -> ColorImage {
     let mut raster = Raster::new(frame, side);
     let plane = Plane {
         normal: Vec3::Z,
@@ -42,7 +42,7 @@ pub fn draw(tissue: &Tissue, marked: &MarkedRegion, z_mm: f32, frame: Frame, sid
         if beyond == 0 || beyond == nodes.len() {
             continue;
         }
-        let colour = if marked.contains(pentahedron) {
+        let colour = if dyed.is_some_and(|dyed| dyed.contains(pentahedron)) {
             palette::MARK
         } else if solver.pentahedron_zone(pentahedron).is_adenoma() {
             palette::ADENOMA

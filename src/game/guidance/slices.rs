@@ -103,7 +103,7 @@ impl Slice {
             return;
         }
         self.state = Some(state);
-        let image = section::draw(tissue, &active.marked, self.height_mm, frame, side);
+        let image = section::draw(tissue, active.dyed(), self.height_mm, frame, side);
         match &mut self.picture {
             Some(picture) => picture.set(image, TextureOptions::LINEAR),
             None => self.picture = Some(context.load_texture("slice", image, TextureOptions::LINEAR)),
