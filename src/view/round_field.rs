@@ -92,13 +92,15 @@ impl SyncComponent for RoundField {
 }
 
 impl ExtractComponent for RoundField {
-    type QueryData = &'static RoundField;
+    type QueryData = (&'static RoundField, &'static Camera);
     type QueryFilter = ();
     type Out = (RoundField, MainPassResolutionOverride);
 
-    fn extract_component(field: QueryItem<Self::QueryData>) -> Option<Self::Out> {
+    fn extract_component((field, camera): QueryItem<Self::QueryData>) -> Option<Self::Out> {
+        // A window that shrank in this frame has fewer pixels than the field knows of.
+        let drawn = field.drawn.as_uvec2().min(camera.physical_viewport_size()?);
         // Before the camera has an area there is nothing to draw in it.
-        (field.drawn.min_element() >= 1.0).then(|| (*field, MainPassResolutionOverride(field.drawn.as_uvec2())))
+        (drawn.min_element() >= 1).then(|| (*field, MainPassResolutionOverride(drawn)))
     }
 }
 
