@@ -81,7 +81,8 @@ fn add_section(
         colours: (0..solver.pentahedron_count() as u32).map(colour).collect(),
         state: None,
     };
-    let mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default());
+    let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default());
+    section.draw_on(&mut mesh, tissue);
     commands.entity(active.tissue).with_child((
         Name::new("Section"),
         section,
@@ -116,13 +117,22 @@ fn redraw(
             continue;
         };
         section.state = Some(state);
-        let (positions, colours) = section.draw(tissue);
-        mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, positions);
-        mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, colours);
+        section.draw_on(&mut mesh, tissue);
     }
 }
 
 impl Section {
+    /// Makes a mesh show it. Where the plane meets no tissue that is a triangle without area: a mesh of nothing is an error to
+    /// Bevy's renderer (bevyengine/bevy#24874).
+    fn draw_on(&self, mesh: &mut Mesh, tissue: &Tissue) {
+        let (mut positions, mut colours) = self.draw(tissue);
+        if positions.is_empty() {
+            (positions, colours) = (vec![Vec3::ZERO; 3], vec![[0.0; 4]; 3]);
+        }
+        mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, positions);
+        mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, colours);
+    }
+
     /// The corners of its triangles, and their colours.
     fn draw(&self, tissue: &Tissue) -> (Vec<Vec3>, Vec<[f32; 4]>) {
         let solver = tissue.solver();
