@@ -28,7 +28,7 @@ use super::{
 const BARREL: f32 = 0.12;
 
 /// With how many pixels an endoscope camera's picture is drawn, as a share of those shown, on each side: 0.1 to 1, which is
-/// where it begins. What lies outside counts as the nearest within.
+/// where it begins. What lies outside counts as the nearest within, what is no number as 1.
 #[derive(Component, Reflect, Debug, Clone, Copy, PartialEq)]
 #[reflect(Component, Default)]
 pub struct Fineness(pub f32);
@@ -42,8 +42,7 @@ impl Default for Fineness {
 impl Fineness {
     /// Of a picture of so many pixels, those to draw.
     fn drawn(self, shown: UVec2) -> UVec2 {
-        // NaN counts as 1.
-        let share = self.0.min(1.0).max(0.1);
+        let share = if self.0.is_nan() { 1.0 } else { self.0.clamp(0.1, 1.0) };
         (shown.as_vec2() * share).round().as_uvec2().max(UVec2::ONE)
     }
 }
@@ -100,7 +99,7 @@ impl ExtractComponent for RoundField {
         // A window that shrank in this frame has fewer pixels than the field knows of.
         let drawn = field.drawn.as_uvec2().min(camera.physical_viewport_size()?);
         // Before the camera has an area there is nothing to draw in it.
-        (drawn.min_element() >= 1).then(|| (*field, MainPassResolutionOverride(drawn)))
+        (drawn.min_element() >= 1).then_some((*field, MainPassResolutionOverride(drawn)))
     }
 }
 
