@@ -332,7 +332,7 @@ mod tests {
                 assert!(names.insert(name), "{name} twice");
             }
         }
-        assert!(names.len() > 25);
+        assert!(names.len() > 30);
     }
 
     #[test]
