@@ -138,6 +138,10 @@ pub struct Gland {
     pub rounds: Vec<Round>,
     /// All steps that took something.
     pub steps: Steps,
+    /// Time of the very first, ms. It only enters the tissue.
+    pub first_step_ms: f64,
+    /// How many took longer than it.
+    pub longer_than_first_step: usize,
     /// Those of the first pull, and those of all others.
     pub first_pull: Steps,
     /// The others.
@@ -407,6 +411,7 @@ pub fn resect(spacing_mm: f64) -> Result<Gland, CutError> {
         .collect();
     let (first_pull, later) = taken.steps.split_at(taken.first_pull);
     let slowest = first_pull.iter().map(|step| step.ms).fold(0.0, f64::max);
+    let first_step_ms = taken.steps.first().map_or(0.0, |step| step.ms);
     let Resection {
         field,
         positions,
@@ -418,6 +423,8 @@ pub fn resect(spacing_mm: f64) -> Result<Gland, CutError> {
         pentahedra: field.pentahedron_count(),
         rounds,
         steps: Steps::of(&taken.steps),
+        first_step_ms,
+        longer_than_first_step: taken.steps.iter().filter(|step| step.ms > first_step_ms).count(),
         first_pull: Steps::of(first_pull),
         later: Steps::of(later),
         longer_than_first: later.iter().filter(|step| step.ms > slowest).count(),

@@ -5,6 +5,7 @@ mod aims;
 mod chart;
 mod cuts;
 mod cuts_page;
+mod machine;
 mod page;
 mod precision;
 mod summary;

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::{
     FRAME_S, Measured, Summary,
     aims::aims,
+    machine::processor,
     tables::{number, orders, plain, table},
     verdicts::{percent, product, rules, tally, winners},
 };
@@ -44,9 +45,13 @@ pub fn page(summary: &Summary) -> String {
              sweep of XPBD each visit every spring once; a sweep of VBD visits each from both ends. A visit of a sweep costs \
              more time than one of a pass: it waits for the one before.\n\n";
     winners(&mut text, summary, Cost::SpringVisits);
-    text += "## Winners by CPU time\n\nOn one core of the machine that made this page. Below each winner the \
-             product's time for the same error, where it reaches it. Where leapfrog and symplectic Euler are within some 15 % at \
-             the same step, it is the time of two half kicks over that of one.\n\n";
+    let _ = write!(
+        text,
+        "## Winners by CPU time\n\nOn one core of {}. Below each winner the product's time for the same error, where it \
+         reaches it. Where leapfrog and symplectic Euler are within some 15 % at the same step, it is the time of two half kicks \
+         over that of one.\n\n",
+        processor(),
+    );
     winners(&mut text, summary, Cost::CpuTime);
     text += "## A rule for the choice\n\nSought among all rules that name one method, or two and a threshold on one of two \
              numbers that a pass over the nodes gives before the first step: stability bounds in a frame of 1/60 s, and \
