@@ -78,20 +78,21 @@ impl Motion {
     /// sharing the way by weight and inverse inertia, and takes the velocity that goes against the plane's own.
     pub(crate) fn hold(&mut self, contact: &Contact, time: f32, duration_s: f32, inverse_inertia: &Scalars) {
         let &Contact { point, normal, .. } = contact;
+        let along = |vectors: &Vectors| -> f32 {
+            let parts = point.parts();
+            parts.map(|(node, weight)| weight * vectors.at(node).dot(normal)).sum()
+        };
+        // Most contacts only come near: this first.
+        let offset = contact.offset_start + time * (contact.offset_end - contact.offset_start);
+        let depth = offset - along(&self.positions);
+        if depth <= 0.0 {
+            return;
+        }
         let shares = point
             .parts()
             .map(|(node, weight)| (node, weight, weight * inverse_inertia.at(node)));
         let compliance: f32 = shares.clone().map(|(_, weight, share)| share * weight).sum();
         if compliance <= 0.0 {
-            return;
-        }
-        let along = |vectors: &Vectors| -> f32 {
-            let parts = point.parts();
-            parts.map(|(node, weight)| weight * vectors.at(node).dot(normal)).sum()
-        };
-        let offset = contact.offset_start + time * (contact.offset_end - contact.offset_start);
-        let depth = offset - along(&self.positions);
-        if depth <= 0.0 {
             return;
         }
         let against = (contact.offset_end - contact.offset_start) / duration_s - along(&self.velocities);

@@ -51,7 +51,7 @@ pub(crate) fn probe(mut tissues: Query<(&mut Tissue, &mut Collider)>, mut probes
                     collider.chunks_near(&Axis { a: point, b: point }, DEPTH_LIMIT_MM),
                 );
             }
-            let nearest = collider.nearest_face(&Skin::of(tissue), point);
+            let nearest = collider.nearest_face(&Skin::of(tissue), point, None);
             let Some(place) = nearest.map(|nearest| nearest.closest.on_triangle) else {
                 continue;
             };

@@ -228,42 +228,44 @@ impl Collider {
     }
 
     /// Whether a point lies inside the tissue, and the face that is nearest to it; none if no face is within the depth
-    /// limit.
+    /// limit. A face known to be near, where there is one, spares most of the search.
     ///
     /// Where several faces share the nearest point (an edge, a corner), the one that faces the point most squarely says
     /// which side it is on.
-    pub fn nearest_face(&self, skin: &Skin, point: Vec3) -> Option<Nearest> {
-        let of_patch = |patch: u32, within: f32| {
-            let is_near = move |run: &&Run| {
-                let (low, high) = run.bounds;
-                point.distance(point.clamp(low, high)) <= within + LOOSENED_MM
+    pub fn nearest_face(&self, skin: &Skin, point: Vec3, known: Option<&Face>) -> Option<Nearest> {
+        let away = |face: &Face| point_triangle(point, face.corners);
+        let mut nearest = known.map_or(DEPTH_LIMIT_MM, |face| away(face).distance().min(DEPTH_LIMIT_MM));
+        // Those that were as near as any when they were looked at.
+        let mut candidates: Vec<(Face, ClosestPoints)> = Vec::new();
+        let to_box = |low: Vec3, high: Vec3| point.distance(point.clamp(low, high));
+        self.bvh.traverse(|node| {
+            if to_box(node.mins(), node.maxs()) > nearest + TIE_MM {
+                return TraversalAction::Prune;
+            }
+            let Some(patch) = node.leaf_data() else {
+                return TraversalAction::Continue;
             };
-            let runs = self.patches.get(patch).runs.iter().filter(is_near);
-            // No point of a face is further from one corner than its longer edge there: most are too far at a glance.
-            let may_be_near = move |face: &Face| {
-                let [a, b, c] = face.corners;
-                let size = a.distance_squared(b).max(a.distance_squared(c)).sqrt();
-                a.distance(point) - size <= within
-            };
-            let faces = runs.flat_map(|run| faces(run, skin)).filter(may_be_near);
-            faces.map(|face| (face, point_triangle(point, face.corners)))
-        };
-        // The distance first, from the nearest boxes on; then the faces that have it.
-        let (_, distance) = self.bvh.find_best(
-            DEPTH_LIMIT_MM,
-            |node, _| point.distance(point.clamp(node.mins(), node.maxs())),
-            |patch, nearest| {
-                let distances = of_patch(patch, nearest).map(|(_, closest)| closest.distance());
-                distances.min_by(f32::total_cmp)
-            },
-        )?;
-        let reach = Vec3::splat(distance + TIE_MM);
-        let around = Aabb::new(point - reach, point + reach);
-        let patches = self.bvh.intersect_aabb(&around);
-        let mut candidates: Vec<(Face, ClosestPoints)> = patches
-            .flat_map(|patch| of_patch(patch, distance + TIE_MM))
-            .filter(|(_, closest)| closest.distance() <= distance + TIE_MM)
-            .collect();
+            for run in &self.patches.get(patch).runs {
+                if to_box(run.bounds.0, run.bounds.1) > nearest + TIE_MM + LOOSENED_MM {
+                    continue;
+                }
+                for face in faces(run, skin) {
+                    // No point of a face is further from one corner than its longer edge there: most are too far at a glance.
+                    let [a, b, c] = face.corners;
+                    let size = a.distance_squared(b).max(a.distance_squared(c)).sqrt();
+                    if a.distance(point) - size > nearest + TIE_MM {
+                        continue;
+                    }
+                    let closest = away(&face);
+                    if closest.distance() <= nearest + TIE_MM {
+                        nearest = nearest.min(closest.distance());
+                        candidates.push((face, closest));
+                    }
+                }
+            }
+            TraversalAction::Continue
+        });
+        candidates.retain(|(_, closest)| closest.distance() <= (nearest + TIE_MM).min(DEPTH_LIMIT_MM));
         candidates.sort_unstable_by_key(|(face, _)| face.slot);
         let mut best: Option<(f32, Nearest)> = None;
         for (face, closest) in candidates {
@@ -432,6 +434,16 @@ mod tests {
         angles.sum::<f64>() / (4.0 * std::f64::consts::PI)
     }
 
+    /// The distance from a point to the nearest of all faces, by a look at each.
+    fn distance_to_all(skin: &Skin, point: Vec3) -> f32 {
+        let triangles = (0..skin.slot_count() as u32).filter_map(|slot| skin.triangle(slot));
+        let distances = triangles.map(|triangle| {
+            let corners = triangle.map(|vertex| skin.place(vertex));
+            point_triangle(point, corners).distance()
+        });
+        distances.fold(f32::INFINITY, f32::min)
+    }
+
     fn place() -> impl Strategy<Value = Vec3> {
         let axis = || -2.0..(CUBES as f64 * EDGE_MM) as f32 + 2.0;
         (axis(), axis(), axis()).prop_map(Vec3::from)
@@ -483,6 +495,18 @@ mod tests {
                 let skin = Skin::of(&tissue);
                 let mut anew = Collider::default();
                 anew.update(&skin);
+                let mut known: Option<Nearest> = None;
+                for share in [0.0, 0.3, 0.6, 1.0] {
+                    let point = a.lerp(b, share);
+                    let nearest = kept.nearest_face(&skin, point, None);
+                    let sought = nearest.map(|nearest| (nearest.face.slot, nearest.inside));
+                    let with_known = kept.nearest_face(&skin, point, known.as_ref().map(|known| &known.face));
+                    prop_assert_eq!(with_known.map(|nearest| (nearest.face.slot, nearest.inside)), sought);
+                    let distance = nearest.map_or(DEPTH_LIMIT_MM, |nearest| nearest.closest.distance());
+                    let least = distance_to_all(&skin, point).min(DEPTH_LIMIT_MM);
+                    prop_assert!((distance - least).abs() <= TIE_MM, "{} is not {}", distance, least);
+                    known = nearest.or(known);
+                }
                 for radius in [0.3, 2.0] {
                     let part = PartSweep {
                         kind: ToolPartKind::Loop,

@@ -41,7 +41,7 @@ const THIN_MM: f32 = 1.0;
 const CORNER_WEIGHT: f32 = 0.999;
 
 /// What a contact holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Held {
     /// The point of a face nearest to the part.
     Face {
@@ -155,7 +155,10 @@ impl Search<'_> {
                 let near = near.filter_map(|(vertex, touch)| Some((vertex, touch?)));
                 near.for_each(|(vertex, touch)| candidates.add(self.corner(vertex, touch)));
             }
-            candidates.add(self.face(&push.face, push.touch, !is_covered));
+            // Neither enforced nor told otherwise.
+            if !is_covered || push.touch.depth() > -TOUCH_MM {
+                candidates.add(self.face(&push.face, push.touch, !is_covered));
+            }
         }
         let within = match part.may_lie_in_tissue() {
             true => Vec::new(),
@@ -170,7 +173,7 @@ impl Search<'_> {
                 candidates.add(self.corner(vertex, touch));
             }
         }
-        found.extend(candidates.chosen().iter().map(|candidate| self.record(candidate)));
+        found.extend(candidates.chosen().map(|candidate| self.record(candidate)));
     }
 
     /// Of some vertices of a chunk that the part touches or nearly does, the one that it pushes furthest.
@@ -247,8 +250,9 @@ struct Candidates<'a> {
     /// The contacts of the pass before, and which part of which tool is looked at.
     before: &'a Steady,
     number: (u32, u32),
-    /// Those with a node among their vertices.
+    /// Those with a node among their vertices, one for each face and corner, and which is whose.
     at_nodes: Vec<Candidate>,
+    of_held: HashMap<Held, usize>,
     /// Of those inside of a pentahedron, the one that is pushed furthest: the pentahedron moves as one.
     inside: HashMap<Option<u32>, Candidate>,
 }
@@ -259,13 +263,14 @@ impl<'a> Candidates<'a> {
             before,
             number,
             at_nodes: Vec::new(),
+            of_held: HashMap::default(),
             inside: HashMap::default(),
         }
     }
 
     fn add(&mut self, candidate: Candidate) {
         if !candidate.is_inside {
-            self.at_nodes.push(candidate);
+            self.add_at_node(candidate);
             return;
         }
         let deepest = self.inside.entry(candidate.pentahedron).or_insert(candidate);
@@ -287,22 +292,29 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// One for each face and corner, ordered by them.
-    fn chosen(self) -> Vec<Candidate> {
-        let Candidates {
-            mut at_nodes, inside, ..
-        } = self;
-        at_nodes.extend(inside.into_values());
-        at_nodes.sort_by(|a, b| {
-            a.held.cmp(&b.held).then_with(|| match a.held {
-                // Several faces may lead to the same nearest face: the deepest counts.
-                Held::Face { .. } => b.touch.depth().total_cmp(&a.touch.depth()),
-                // Of the faces around a corner, the one that lets it slip furthest aside: it asks for the shortest way.
-                Held::Corner { .. } => a.touch.reach.total_cmp(&b.touch.reach),
-            })
-        });
-        at_nodes.dedup_by_key(|candidate| candidate.held);
-        at_nodes
+    fn add_at_node(&mut self, candidate: Candidate) {
+        let next = self.at_nodes.len();
+        let number = *self.of_held.entry(candidate.held).or_insert(next);
+        let Some(known) = self.at_nodes.get_mut(number) else {
+            self.at_nodes.push(candidate);
+            return;
+        };
+        let is_better = match candidate.held {
+            // Several faces may lead to the same nearest face: the deepest counts.
+            Held::Face { .. } => candidate.touch.depth().total_cmp(&known.touch.depth()).is_gt(),
+            // Of the faces around a corner, the one that lets it slip furthest aside: it asks for the shortest way.
+            Held::Corner { .. } => candidate.touch.reach.total_cmp(&known.touch.reach).is_lt(),
+        };
+        if is_better {
+            *known = candidate;
+        }
+    }
+
+    /// All of them, ordered by face and corner.
+    fn chosen(&self) -> impl Iterator<Item = &Candidate> {
+        let mut chosen: Vec<&Candidate> = self.at_nodes.iter().chain(self.inside.values()).collect();
+        chosen.sort_unstable_by_key(|candidate| candidate.held);
+        chosen.into_iter()
     }
 }
 

@@ -205,12 +205,12 @@ impl Touches {
     }
 
     /// Tells of each part and pentahedron where it was deepest.
-    fn tell(mut self, tissue: Entity, tools: &[ToolMotion], messages: &mut MessageWriter<TissueContact>) {
+    fn tell(self, tissue: Entity, tools: &[ToolMotion], messages: &mut MessageWriter<TissueContact>) {
         let of = |(pentahedron, found): &(u32, Found)| (found.tool, found.part, *pentahedron);
-        self.0
-            .sort_by(|a, b| of(a).cmp(&of(b)).then(b.1.depth.total_cmp(&a.1.depth)));
-        self.0.dedup_by_key(|touch| of(touch));
-        for (pentahedron, found) in self.0 {
+        let mut touches: Vec<&(u32, Found)> = self.0.iter().collect();
+        touches.sort_by(|a, b| of(a).cmp(&of(b)).then(b.1.depth.total_cmp(&a.1.depth)));
+        touches.dedup_by_key(|touch| of(touch));
+        for &(pentahedron, found) in touches {
             let tool = &tools[found.tool as usize];
             messages.write(TissueContact {
                 tissue,

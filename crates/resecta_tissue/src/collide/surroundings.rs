@@ -137,7 +137,7 @@ impl<'a> Surroundings<'a> {
             let nearest = if self.stretch_of(self.middle_of(number)) == stretch {
                 self.look_up(number)
             } else {
-                self.collider.nearest_face(self.skin, self.axis.at(share))
+                self.collider.nearest_face(self.skin, self.axis.at(share), None)
             };
             self.sides[stretch] = nearest.map(|nearest| Side::from_inside(nearest.inside));
         }
@@ -156,8 +156,11 @@ impl<'a> Surroundings<'a> {
     /// The face nearest to the middle of a part.
     fn look_up(&mut self, number: usize) -> Option<Nearest> {
         let share = self.middle_of(number);
+        // What is nearest to the part before is near this one, too.
+        let before = number.checked_sub(1).and_then(|before| self.nearest[before]?);
         *self.nearest[number].get_or_insert_with(|| {
-            let nearest = self.collider.nearest_face(self.skin, self.axis.at(share))?;
+            let known = before.as_ref().map(|nearest| &nearest.face);
+            let nearest = self.collider.nearest_face(self.skin, self.axis.at(share), known)?;
             let closest = ClosestPoints {
                 share,
                 ..nearest.closest
