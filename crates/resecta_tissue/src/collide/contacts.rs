@@ -179,9 +179,15 @@ impl Search<'_> {
     /// Of some vertices of a chunk that the part touches or nearly does, the one that it pushes furthest.
     fn deepest_of(&self, points: &ChunkPart) -> Option<(u32, Touch)> {
         let (skin, part) = (self.skin, self.part);
+        let range = part.radius + MARGIN_MM;
+        let is_near = |place: Vec3| part.to.at(part.to.share_nearest(place)).distance_squared(place) <= range * range;
+        // Normals cost more than places, and most chunks have no vertex near enough.
+        if !points.vertices(skin).any(|(_, vertex)| is_near(skin.place(vertex))) {
+            return None;
+        }
         let normals = skin.chunk_normals(points.chunk)?;
         let touches = points.vertices(skin).filter_map(|(number, vertex)| {
-            let touch = Touch::of_vertex(part, skin.place(vertex), normals[number], part.radius + MARGIN_MM)?;
+            let touch = Touch::of_vertex(part, skin.place(vertex), normals[number], range)?;
             Some((vertex, touch))
         });
         // Of equal ones the first.
