@@ -361,6 +361,9 @@ fn carry_out(
         time.pause();
     } else if !is_still && time.is_paused() {
         time.unpause();
+    }
+    if !is_live {
+        // Loading, and what is drawn for the first time, tell nothing of how fast the machine plays.
         pace.forget();
     }
     flow.turning = buttons.pressed(MouseButton::Middle);

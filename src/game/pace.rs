@@ -36,7 +36,7 @@ impl Pace {
         self.share < SLOW
     }
 
-    /// Begins anew, after a pause.
+    /// Begins anew: as if the machine had kept up so far.
     pub fn forget(&mut self) {
         self.share = 1.0;
     }

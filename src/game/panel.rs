@@ -248,20 +248,13 @@ fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {
         ),
         ("Error estimate", format!("{:.0e} mm", diagnostics.error_mm), plain),
         ("Frame", format!("{:.1} ms, {rate:.0} /s", pace.frame_s * 1e3), plain),
-        (
-            "Speed",
-            format!("{:.0} % of real time", (pace.share * 100.0).min(100.0)),
-            if pace.is_slow() { CAREFUL } else { plain },
-        ),
+        if pace.is_slow() {
+            ("Slower than real time", format!("{:.0} %", pace.share * 100.0), CAREFUL)
+        } else {
+            ("Speed", "that of real time".into(), plain)
+        },
     ];
     table(ui, "simulation", rows);
-    if pace.is_slow() {
-        ui.label(
-            RichText::new("Slower than real time: this machine is too slow.")
-                .small()
-                .color(CAREFUL),
-        );
-    }
 }
 
 fn table<const ROWS: usize>(ui: &mut Ui, name: &str, rows: [(&str, String, Color32); ROWS]) {
