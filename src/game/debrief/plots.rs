@@ -1,7 +1,7 @@
 //! The course of a run over time: volume removed, blood lost, pressure in the bladder, view.
 
 use bevy_egui::egui::{self, Color32, RichText, Ui};
-use egui_plot::{HLine, Line, LineStyle, Plot, PlotPoints, VLine};
+use egui_plot::{GridInput, HLine, Line, LineStyle, Plot, PlotPoints, VLine, uniform_grid_spacer};
 use resecta_scenario::{ActiveExercise, LogSample, RunLog};
 
 use super::super::{menu, palette};
@@ -111,6 +111,8 @@ fn plot(ui: &mut Ui, curve: &Curve, log: &RunLog, touches: &[f64], height: f32) 
         .include_y(curve.up_to)
         .set_margin_fraction(egui::vec2(0.0, 0.06))
         .y_axis_min_width(34.0)
+        .x_grid_spacer(uniform_grid_spacer(steps))
+        .y_grid_spacer(uniform_grid_spacer(steps))
         .show(ui, |plot| {
             for time_s in touches {
                 plot.vline(
@@ -134,4 +136,34 @@ fn plot(ui: &mut Ui, curve: &Curve, log: &RunLog, touches: &[f64], height: f32) 
                     .fill_alpha(0.10),
             );
         });
+}
+/// Steps of the lines behind a curve: a number stands at every one of the middle size, of which there are at least three.
+fn steps(axis: GridInput) -> [f64; 3] {
+    let (low, high) = axis.bounds;
+    let most = ((high - low) / 3.0).max(f64::MIN_POSITIVE);
+    let power = 10f64.powf(most.log10().floor());
+    let step = [5.0, 2.0, 1.0]
+        .map(|digit| digit * power)
+        .into_iter()
+        .find(|step| *step <= most);
+    let step = step.unwrap_or(power);
+    [step / 5.0, step, 10.0 * step]
+}
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_of_any_length_have_some_numbers_and_not_many() {
+        for span in [0.3, 1.0, 7.0, 29.0, 30.0, 97.0, 99.9, 250.0, 3600.0] {
+            let axis = GridInput {
+                bounds: (0.0, span),
+                base_step_size: 1.0,
+            };
+            let [fine, step, coarse] = steps(axis);
+            assert!(fine < step && step < coarse);
+            let numbers = (span / step + 1e-9).floor();
+            assert!((3.0..=7.0).contains(&numbers), "{span}: every {step}");
+        }
+    }
 }
