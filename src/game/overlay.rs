@@ -122,7 +122,8 @@ fn over_views(
             _ => {}
         }
         if warnings.capsule_s > 0.0 {
-            let above = egui::pos2(area.center().x * point, area.min.y * point + 14.0);
+            // Below what else stands at the top of the view.
+            let above = egui::pos2(area.center().x * point, (area.min.y + 0.25 * area.height()) * point);
             shadowed(
                 &painter,
                 above,
@@ -210,7 +211,7 @@ fn briefing(
             ui.add_space(4.0);
             menu::caption(ui, "To look at");
             if active.dyed().is_some() {
-                ui.label("Marked tissue is dyed blue.");
+                ui.label("Marked tissue is dyed: violet through the lens, blue from outside.");
             }
             ui.label("The notch on the rim of the picture is 12 o'clock (anterior).");
         });
@@ -250,7 +251,8 @@ fn briefing(
 fn help(ui: &mut Ui, controls: &Controls, lead: bool, flow: &mut GameFlow) {
     ui.label(
         "A cut: push the loop out over the tissue, lower the tip until the loop sinks in, press the cutting pedal, draw \
-         the loop in, release. The sheath stays still. Cut only above the verumontanum (green mark).",
+         the loop in, release. The sheath stays still. Cut only between the bladder and the verumontanum, the mound on the urethra's \
+         floor (guidance names it). Distances in orange say how near capsule and sphincter are; \"stop\": no further.",
     );
     ui.separator();
     menu::caption(ui, "Instrument");

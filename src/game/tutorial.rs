@@ -3,20 +3,30 @@
 use bevy::prelude::*;
 use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
-    egui::{self, Align2, RichText, Stroke},
+    egui::{self, Align2, RichText, Stroke, vec2},
 };
-use resecta_instrument::{BoundInput, InstrumentBindings};
+use resecta_instrument::{BoundInput, InstrumentAction, InstrumentBindings, InstrumentState};
 use resecta_scenario::{ActiveExercise, StepProgress};
 
 use super::{
     flow::{GameFlow, Phase},
-    menu::{self, MenuSystems},
+    menu::{self, MenuSystems, UiZoom},
     palette,
     panel::PANEL_WIDTH,
 };
+use crate::view::OutsideCamera;
 
 /// How long a step that was done is praised, s.
 const DONE_S: f32 = 1.5;
+
+/// Space to the edges of a view, points.
+const GAP: f32 = 8.0;
+/// Space around its words, points.
+const MARGIN: f32 = 12.0;
+/// What guidance takes at the right of the outside view, points.
+const GUIDANCE: f32 = 70.0;
+/// An outside view of at least this width has room for the step.
+const ROOM: f32 = 330.0;
 
 pub fn plugin(app: &mut App) {
     app.init_resource::<JustDone>()
@@ -48,6 +58,10 @@ fn show(
     progress: Res<StepProgress>,
     done: Res<JustDone>,
     bindings: Res<InstrumentBindings>,
+    pads: Query<(), With<Gamepad>>,
+    zoom: Res<UiZoom>,
+    outsides: Query<&Camera, With<OutsideCamera>>,
+    instruments: Query<&InstrumentState>,
 ) -> Result {
     if flow.phase != Phase::Playing || flow.help {
         return Ok(());
@@ -58,44 +72,74 @@ fn show(
         return Ok(());
     };
     let context = contexts.ctx_mut()?;
-    let width = (context.viewport_rect().width() - PANEL_WIDTH - 60.0).min(660.0);
+    let mut outsides = outsides.iter().filter(|camera| camera.is_active);
+    let outside = outsides.find_map(Camera::logical_viewport_rect);
+    // Cameras reckon in the window's logical pixels.
+    let beside = outside.map(|area| (area.min / zoom.0, area.width() / zoom.0));
+    let area = egui::Area::new(egui::Id::new("step")).interactable(false);
+    // The endoscope's picture stays free where there is room beside it.
+    let (area, width) = match beside.filter(|(_, width)| *width >= ROOM) {
+        Some((corner, width)) => (
+            area.fixed_pos([corner.x + GAP, corner.y + GAP]),
+            width - GUIDANCE - 2.0 * (GAP + MARGIN),
+        ),
+        None => (
+            area.anchor(Align2::CENTER_TOP, vec2(-PANEL_WIDTH / 2.0, 14.0)),
+            (context.viewport_rect().width() - PANEL_WIDTH - 60.0).min(660.0),
+        ),
+    };
+    let state = instruments.get(active.instrument).ok();
+    let has_pad = !pads.is_empty();
     let (frame, count) = if done.left_s > 0.0 {
-        (palette::GOOD, format!("✔ Done. Step {} of {}", index + 1, steps.len()))
+        (
+            palette::GOOD,
+            format!("✔ Done. Now step {} of {}", index + 1, steps.len()),
+        )
     } else {
         (palette::ACCENT, format!("Step {} of {}", index + 1, steps.len()))
     };
-    egui::Area::new(egui::Id::new("step"))
-        .anchor(Align2::CENTER_TOP, [-PANEL_WIDTH / 2.0, 14.0])
-        .interactable(false)
-        .show(context, |ui| {
-            egui::Frame::new()
-                .fill(palette::GROUND.gamma_multiply(0.93))
-                .stroke(Stroke::new(2.0, frame))
-                .corner_radius(10)
-                .inner_margin(14)
-                .show(ui, |ui| {
-                    ui.set_width(width);
-                    ui.label(RichText::new(count).size(13.0).strong().color(frame));
-                    ui.label(RichText::new(&step.say).size(19.0).strong());
+    area.show(context, |ui| {
+        egui::Frame::new()
+            .fill(palette::GROUND.gamma_multiply(0.93))
+            .stroke(Stroke::new(2.0, frame))
+            .corner_radius(10)
+            .inner_margin(MARGIN)
+            .show(ui, |ui| {
+                ui.set_width(width);
+                ui.label(RichText::new(count).size(13.0).strong().color(frame));
+                ui.label(RichText::new(&step.say).size(18.0).strong());
+                let actions = step.until.actions().iter();
+                for &action in actions.filter(|&&action| !is_at_end(action, state)) {
                     ui.horizontal_wrapped(|ui| {
-                        for &action in step.until.actions() {
-                            let row = bindings.rows.iter().find(|row| row.action == action);
-                            ui.label(RichText::new(format!("{}:", action.label())).color(palette::WEAK));
-                            for input in row.into_iter().flat_map(|row| &row.inputs) {
-                                menu::key_cap(ui, &BoundInput::to_string(input));
-                            }
-                            ui.add_space(8.0);
+                        let row = bindings.rows.iter().find(|row| row.action == action);
+                        ui.label(RichText::new(format!("{}:", action.label())).color(palette::WEAK));
+                        let inputs = row.into_iter().flat_map(|row| &row.inputs);
+                        for input in inputs.filter(|input| has_pad || !input.is_pad()) {
+                            menu::key_cap(ui, &BoundInput::to_string(input));
                         }
                     });
-                    if !step.hint.is_empty() {
-                        ui.label(RichText::new(&step.hint).color(palette::WEAK));
-                    }
-                    ui.add(
-                        egui::ProgressBar::new(progress.share as f32)
-                            .desired_height(9.0)
-                            .fill(frame),
-                    );
-                });
-        });
+                }
+                if !step.hint.is_empty() {
+                    ui.label(RichText::new(&step.hint).color(palette::WEAK));
+                }
+                ui.add(
+                    egui::ProgressBar::new(progress.share as f32)
+                        .desired_height(9.0)
+                        .fill(frame),
+                );
+            });
+    });
     Ok(())
+}
+
+/// Whether a tap that an action turns is there already.
+fn is_at_end(action: InstrumentAction, state: Option<&InstrumentState>) -> bool {
+    let Some(state) = state else { return false };
+    match action {
+        InstrumentAction::InflowOpen => state.inflow_tap >= 1.0,
+        InstrumentAction::InflowClose => state.inflow_tap <= 0.0,
+        InstrumentAction::OutflowOpen => state.outflow_tap >= 1.0,
+        InstrumentAction::OutflowClose => state.outflow_tap <= 0.0,
+        _ => false,
+    }
 }

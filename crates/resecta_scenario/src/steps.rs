@@ -45,8 +45,18 @@ pub enum Trigger {
         /// Degrees.
         deg: f64,
     },
+    /// The tip has turned up this far from where it pointed when the step began, degrees.
+    TipRaised {
+        /// Degrees.
+        deg: f64,
+    },
     /// The instrument has rolled this far from where it was, either way, degrees.
     Rolled {
+        /// Degrees.
+        deg: f64,
+    },
+    /// The instrument is rolled by at most this much from upright, either way, degrees.
+    Upright {
         /// Degrees.
         deg: f64,
     },
@@ -89,7 +99,9 @@ impl Trigger {
             Trigger::Advanced { mm } => ("Advanced", mm, "mm"),
             Trigger::Withdrawn { mm } => ("Withdrawn", mm, "mm"),
             Trigger::Tilted { deg } => ("Tilted", deg, "deg"),
+            Trigger::TipRaised { deg } => ("TipRaised", deg, "deg"),
             Trigger::Rolled { deg } => ("Rolled", deg, "deg"),
+            Trigger::Upright { deg } => ("Upright", deg, "deg"),
             Trigger::LoopOut { mm } => ("LoopOut", mm, "mm"),
             Trigger::LoopIn { mm } => ("LoopIn", mm, "mm"),
             Trigger::Cut { g } => ("Cut", g, "g"),
@@ -106,11 +118,12 @@ impl Trigger {
             Trigger::Advanced { .. } => &[Action::Advance],
             Trigger::Withdrawn { .. } => &[Action::Withdraw],
             Trigger::Tilted { .. } => &[Action::TipUp, Action::TipDown, Action::TipLeft, Action::TipRight],
-            Trigger::Rolled { .. } => &[Action::RollLeft, Action::RollRight],
+            Trigger::TipRaised { .. } => &[Action::TipUp],
+            Trigger::Rolled { .. } | Trigger::Upright { .. } => &[Action::RollLeft, Action::RollRight],
             Trigger::LoopOut { .. } => &[Action::LoopOut],
             Trigger::LoopIn { .. } => &[Action::LoopIn],
-            Trigger::Cut { .. } => &[Action::Cut, Action::LoopIn],
-            Trigger::Coagulated { .. } => &[Action::Coagulate],
+            Trigger::Cut { .. } => &[Action::TipDown, Action::Cut, Action::LoopIn],
+            Trigger::Coagulated { .. } => &[Action::LoopOut, Action::TipDown, Action::Coagulate],
             Trigger::BladderAbove { .. } => &[Action::InflowOpen, Action::OutflowClose],
             Trigger::BladderBelow { .. } => &[Action::InflowClose, Action::OutflowOpen],
         }
@@ -124,13 +137,16 @@ impl Trigger {
             Trigger::Advanced { mm } => apart(is.insertion_mm, was.insertion_mm) / mm,
             Trigger::Withdrawn { mm } => apart(was.insertion_mm, is.insertion_mm) / mm,
             Trigger::Tilted { deg } => apart(is.pitch_deg, was.pitch_deg).hypot(apart(is.yaw_deg, was.yaw_deg)) / deg,
+            Trigger::TipRaised { deg } => apart(is.pitch_deg, was.pitch_deg) / deg,
             Trigger::Rolled { deg } => apart(is.roll_deg, was.roll_deg).abs() / deg,
+            Trigger::Upright { deg } => downwards(f64::from(was.roll_deg).abs(), f64::from(is.roll_deg).abs(), deg),
             Trigger::LoopOut { mm } => f64::from(is.stroke_mm) / mm,
             Trigger::LoopIn { mm } => downwards(f64::from(was.stroke_mm), f64::from(is.stroke_mm), mm),
             Trigger::Cut { g } => (now.removed_g - from.removed_g) / g,
             Trigger::Coagulated { s } => (now.coagulated_s - from.coagulated_s) / s,
             Trigger::BladderBelow { ml } => downwards(from.bladder_ml, now.bladder_ml, ml),
-            Trigger::BladderAbove { ml } => now.bladder_ml / ml,
+            // As far up as below it is down.
+            Trigger::BladderAbove { ml } => downwards(-from.bladder_ml, -now.bladder_ml, -ml),
         }
         .clamp(0.0, 1.0)
     }
@@ -144,6 +160,9 @@ impl Trigger {
 fn downwards(from: f64, now: f64, to: f64) -> f64 {
     if now <= to {
         1.0
+    } else if from <= to {
+        // It was there when the step began.
+        0.0
     } else {
         // Short of it by however little is not there.
         ((from - now) / (from - to)).clamp(0.0, 0.999)
@@ -273,6 +292,15 @@ mod tests {
     }
 
     #[test]
+    fn upright_is_told_from_where_the_instrument_was_rolled_to() {
+        let steps = [step(Trigger::Upright { deg: 5.0 })];
+        let rolled = |roll_deg| with(InstrumentState { roll_deg, ..default() });
+        let progress = run(&steps, [rolled(-30.0), rolled(17.5)]);
+        assert!((progress.share - 0.5).abs() < 1e-6, "{progress:?}");
+        assert_eq!(run(&steps, [rolled(-30.0), rolled(5.0)]).done_at_s.len(), 1);
+    }
+
+    #[test]
     fn each_trigger_ends_by_what_it_names_and_not_before() {
         let start = InstrumentState {
             insertion_mm: 30.0,
@@ -305,6 +333,11 @@ mod tests {
                 Trigger::Tilted { deg: 5.0 },
                 moved(|s| s.pitch_deg = 3.0),
                 moved(|s| (s.pitch_deg, s.yaw_deg) = (3.0, -4.0)),
+            ),
+            (
+                Trigger::TipRaised { deg: 5.0 },
+                moved(|s| (s.pitch_deg, s.yaw_deg) = (4.0, 9.0)),
+                moved(|s| s.pitch_deg = 5.0),
             ),
             (
                 Trigger::Rolled { deg: 30.0 },

@@ -141,6 +141,8 @@ fn choose(
 ) {
     let is_played = matches!(flow.phase, Phase::Playing | Phase::Paused) && !flow.help;
     let parts = match active.filter(|_| is_played) {
+        // Whoever takes a tutorial again wants to be told again.
+        Some(active) if *guidance == Guidance::BySkill && !active.exercise.steps.is_empty() => Parts::ALL,
         Some(active) => {
             let best = history.best(&active.name).filter(|best| best.out_of > 0.0);
             guidance.parts(best.map(|best| best.score / best.out_of))
