@@ -245,7 +245,9 @@ pub fn show(painter: &Painter, camera: &Camera, eye: &GlobalTransform, zoom: f32
     if !seen.middle.is_empty() {
         let below = centre + egui::vec2(0.0, 0.84 * radius);
         let text = palette::TEXT.gamma_multiply(opacity);
-        shadowed(painter, below, Align2::CENTER_CENTER, seen.middle, 15.0, text);
+        // It names what lies ahead, not what it stands on.
+        let words = format!("ahead: {}", seen.middle);
+        shadowed(painter, below, Align2::CENTER_CENTER, &words, 15.0, text);
     }
 }
 
