@@ -30,9 +30,9 @@ pub(crate) fn any_probe(probes: Query<(), With<TissueProbe>>) -> bool {
 
 /// On which side of a tissue's surface a point was, and when.
 ///
-/// Rays through the whole tissue tell the side however it is folded, but they cost most of a probe: some hundred chips that lie in
-/// a resected gland asked for it in every step. A point changes sides only where it meets the surface, and near that the nearest
-/// face tells a side, too. So rays are cast where the two do not agree.
+/// Rays through the whole tissue tell the side however it is folded, but go far, and every chip that moves in a gland asks in
+/// every step. A point changes sides only where it meets the surface, and near that the nearest face tells a side, too. So rays
+/// are cast where the two do not agree.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Told {
     tissue: u64,
