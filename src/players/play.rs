@@ -18,16 +18,23 @@ const LET_GO_STEPS: u32 = 3;
 /// How long a bleeder is pressed at most, s, and how far the loop may sink in before it is given up, mm.
 const PRESS_S: f32 = 1.5;
 const SINK_MM: f32 = 5.0;
-/// How fast it sinks in, mm/s.
+/// How fast it sinks in, mm/s: until it meets tissue where the bleeder was seen, and from there on, while it still bleeds.
 const SINK_MM_PER_S: f32 = 12.0;
+const PRESS_MM_PER_S: f32 = 3.0;
 /// How far the loop is out while it presses a bleeder, so that the lens sees it, mm.
 const PRESS_STROKE_MM: f32 = 12.0;
 /// Two bleeders nearer than this are one to a player, mm; it is tried so many times.
 const SAME_MM: f32 = 3.0;
-const TRIES: usize = 2;
-/// The view that is waited for, and for how long at most, s.
-const CLEAR: f64 = 0.35;
-const WAIT_S: f32 = 4.0;
+const TRIES: usize = 4;
+/// A view below this is lost: nobody careful cuts then, and whoever closes bleeders looks for one that they do not see.
+const CLEAR: f64 = 0.5;
+/// How long water is given to clear after every search, s, and how many searches may find nothing before the operation goes on.
+const WAIT_S: f32 = 10.0;
+const SEARCHES: u32 = 3;
+/// Strokes whose beds the first search goes along; every further one goes along three times as many.
+const SEARCHED_STROKES: usize = 3;
+/// Distance between places that a search looks at, mm.
+const SEARCH_STEP_MM: usize = 7;
 /// Pressure at which the inflow is shut, and at which it is opened again, cmH2O: absorption begins at 20.
 const HIGH_CMH2O: f64 = 15.0;
 const LOW_CMH2O: f64 = 8.0;
@@ -48,6 +55,8 @@ enum Doing {
     Pull(f32),
     /// Looks, waits for a clear view, decides.
     Look(f32),
+    /// Goes along the beds of the last strokes, near enough to see through the murk; how many places are behind.
+    Search(usize),
     /// The loop goes to a bleeder, held off it.
     Seek(Vec3),
     /// The loop is on it: how long it pressed, s, and how far it sank, mm.
@@ -69,6 +78,8 @@ pub(super) struct Play {
     doing: Doing,
     /// Bleeders that were pressed.
     tried: Vec<Vec3>,
+    /// Searches since the last bleeder or stroke.
+    searches: u32,
     steps_without_tissue: u32,
     is_inflow_shut: bool,
     /// Middles of the urethra by height, 1 mm apart from `middles_from` on.
@@ -91,6 +102,7 @@ impl Play {
             rounds: manner.rounds,
             doing: Doing::Reach,
             tried: Vec::new(),
+            searches: 0,
             steps_without_tissue: 0,
             is_inflow_shut: false,
             middles: heights.map(middle).collect(),
@@ -165,6 +177,7 @@ impl Play {
                 let Some((place, outwards, _)) = self.way_point(at).filter(|_| at < length) else {
                     let sector = self.strokes.get(self.next).map(|(sector, _)| *sector);
                     self.next += 1;
+                    self.searches = 0;
                     if self.next == self.strokes.len() && self.rounds > 1 {
                         (self.next, self.rounds) = (0, self.rounds - 1);
                     }
@@ -196,6 +209,21 @@ impl Play {
                     ..released
                 }
             }
+            Doing::Search(behind) => match self.searched_place(behind) {
+                Some((place, outwards)) => {
+                    let to = hold(scope, now, place - outwards * LIFT_MM, outwards, PRESS_STROKE_MM);
+                    self.doing = match self.nearest_bleeder(now, scope, senses) {
+                        Some(bleeder) => self.seek(bleeder),
+                        None if is_at(scope, now, &to) => Doing::Search(behind + 1),
+                        None => Doing::Search(behind),
+                    };
+                    go(&to)
+                }
+                None => {
+                    self.doing = Doing::Look(0.0);
+                    released
+                }
+            },
             Doing::Seek(place) => {
                 let outwards = self.outwards(place);
                 let to = hold(scope, now, place - outwards * LIFT_MM, outwards, PRESS_STROKE_MM);
@@ -212,11 +240,8 @@ impl Play {
                     .any(|seen| seen.distance(place) < SAME_MM);
                 // Tissue may be met on the way; the bleeder is where it was seen.
                 let is_there = is_on && sunk_mm >= 0.0;
-                let sunk_mm = if is_there {
-                    sunk_mm
-                } else {
-                    sunk_mm + SINK_MM_PER_S * step_s
-                };
+                let sinks_mm_per_s = if is_there { PRESS_MM_PER_S } else { SINK_MM_PER_S };
+                let sunk_mm = sunk_mm + sinks_mm_per_s * step_s;
                 let pressed_s = pressed_s + if is_there { step_s } else { 0.0 };
                 let is_over = pressed_s > PRESS_S || sunk_mm > SINK_MM || (pressed_s > 0.0 && !still_bleeds);
                 self.doing = if is_over {
@@ -268,26 +293,54 @@ impl Play {
         if now.stroke_mm > 0.0 && waited_s == 0.0 {
             return Doing::Look(0.0);
         }
-        if manner.coagulates {
-            let tip = scope.tip(now);
-            let bleeders = senses.bleeders(scope, now).into_iter();
-            let tries = |place: &Vec3| {
-                self.tried
-                    .iter()
-                    .filter(|tried| tried.distance(*place) < SAME_MM)
-                    .count()
-            };
-            let untried = bleeders.filter(|place| tries(place) < TRIES);
-            let nearest = untried.min_by(|a, b| a.distance(tip).total_cmp(&b.distance(tip)));
-            if let Some(place) = nearest {
-                self.tried.push(place);
-                return Doing::Seek(place);
+        if manner.coagulates
+            && let Some(place) = self.nearest_bleeder(now, scope, senses)
+        {
+            return self.seek(place);
+        }
+        if manner.minds_water && senses.visibility() < CLEAR {
+            if self.searches > 0 && waited_s < WAIT_S {
+                return Doing::Look(waited_s + step_s);
+            }
+            if self.searches < SEARCHES {
+                self.searches += 1;
+                return Doing::Search(0);
             }
         }
-        if manner.minds_water && senses.visibility() < CLEAR && waited_s < WAIT_S {
-            return Doing::Look(waited_s + step_s);
-        }
         Doing::Reach
+    }
+
+    /// The bleeder in view that is nearest to the loop, of those that were not yet tried in vain.
+    fn nearest_bleeder(&self, now: &InstrumentState, scope: &Resectoscope, senses: &Senses) -> Option<Vec3> {
+        let tip = scope.tip(now);
+        let tries = |place: &Vec3| {
+            let same = self.tried.iter().filter(|tried| tried.distance(*place) < SAME_MM);
+            same.count()
+        };
+        let untried = senses
+            .bleeders(scope, now)
+            .into_iter()
+            .filter(|place| tries(place) < TRIES);
+        untried.min_by(|a, b| a.distance(tip).total_cmp(&b.distance(tip)))
+    }
+
+    fn seek(&mut self, bleeder: Vec3) -> Doing {
+        self.tried.push(bleeder);
+        self.searches = 0;
+        Doing::Seek(bleeder)
+    }
+
+    /// The place that a search looks at after so many others, and which way it is out: along the beds of the strokes before
+    /// this one, the last first.
+    fn searched_place(&self, behind: usize) -> Option<(Vec3, Vec3)> {
+        let strokes = SEARCHED_STROKES * 3_usize.pow(self.searches.saturating_sub(1));
+        let last = self.strokes[..self.next].iter().rev().take(strokes);
+        let places = last.flat_map(|(_, stroke)| {
+            let outwards = towards(stroke.hour).extend(0.0).as_vec3();
+            let along = stroke.way.iter().rev().step_by(SEARCH_STEP_MM);
+            along.map(move |place| (place.as_vec3(), outwards))
+        });
+        places.skip(behind).next()
     }
 
     /// Taps as the water asks for: clear water through both, little inflow while the view is clear, none while the bladder presses.
