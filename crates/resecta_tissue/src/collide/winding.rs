@@ -28,21 +28,31 @@ struct Ray {
 impl Collider {
     /// Whether a point lies in tissue. Brings what vertices it needs to where the tissue is.
     pub fn holds(&self, solver: &resecta_solver::Tissue, fine: Option<&mut Fine>, point: Vec3) -> bool {
-        let rays = DIRECTIONS.map(|direction| Ray { from: point, direction });
-        let mut fine = fine;
-        if let Some(fine) = &mut fine {
-            let runs = rays.iter().flat_map(|ray| self.runs_along(ray));
-            fine.bring(solver, runs.flat_map(|run| run.chunks.iter().map(|part| part.chunk)));
+        // A gland is long and cut all over once most of it is out, and most of what asks then floats beyond it.
+        let is_within = |(low, high): (Vec3, Vec3)| point.cmpge(low).all() && point.cmple(high).all();
+        if !self.bounds().is_some_and(is_within) {
+            return false;
         }
-        let skin = Skin::new(solver, fine.as_deref());
-        let inside = rays.iter().filter(|ray| self.winding(&skin, ray) > 0).count();
-        2 * inside > rays.len()
-    }
-
-    /// How often a ray leaves the surface more often than it enters.
-    fn winding(&self, skin: &Skin, ray: &Ray) -> i32 {
-        let faces = self.runs_along(ray).flat_map(|run| faces(run, skin));
-        faces.map(|face| ray.crossing(face.corners)).sum()
+        let mut fine = fine;
+        let mut tells_inside = |direction: Vec3| {
+            let ray = Ray { from: point, direction };
+            let runs: Vec<&Run> = self.runs_along(&ray).collect();
+            if let Some(fine) = &mut fine {
+                let chunks = runs.iter().flat_map(|run| &run.chunks);
+                fine.bring(solver, chunks.map(|part| part.chunk));
+            }
+            let skin = Skin::new(solver, fine.as_deref());
+            let faces = runs.into_iter().flat_map(|run| faces(run, &skin));
+            // How often the ray leaves the surface more often than it enters.
+            faces.map(|face| ray.crossing(face.corners)).sum::<i32>() > 0
+        };
+        let [one, another, third] = DIRECTIONS;
+        let told = tells_inside(one);
+        if tells_inside(another) == told {
+            told
+        } else {
+            tells_inside(third)
+        }
     }
 
     fn runs_along(&self, ray: &Ray) -> impl Iterator<Item = &Run> {
