@@ -23,9 +23,10 @@ const SHRED_SHARE: f64 = 0.25;
 const THREAD_SHARE: f64 = 0.1;
 const TORN_STRETCH: f32 = 1.5;
 
-/// Pentahedra of a chip's surface that are made in a step. The chip of a stroke of 30 mm then comes some quarter of a second
-/// after its end, and no step of the stroke takes longer for it.
-const MADE_A_STEP: usize = 128;
+/// Pentahedra of a chip's surface that are made in a step: more while nothing is cut, so that the chip of a stroke of 30 mm comes
+/// within a tenth of a second of its end; few while the next one is being cut, so that no step of that takes longer for it.
+const MADE_A_STEP: usize = 512;
+const MADE_BESIDE_A_CUT: usize = 128;
 
 /// A touch of a wire under coagulating current coagulates tissue within this distance of it, mm, to this depth below, mm.
 /// Our choice: monopolar coagulation whitens some millimetre of tissue.
@@ -346,8 +347,10 @@ impl Fine {
             let making = self.field.end_chip(&self.nodes).ok().flatten();
             self.making.extend(making.map(|making| (tool, making)));
         }
+        let is_cut = self.chip.is_some();
+        let most = if is_cut { MADE_BESIDE_A_CUT } else { MADE_A_STEP };
         let (_, making) = self.making.front_mut()?;
-        let chip = making.advance(&self.field, MADE_A_STEP)?;
+        let chip = making.advance(&self.field, most)?;
         let (tool, _) = self.making.pop_front()?;
         Some((tool, chip))
     }
