@@ -288,6 +288,8 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
 
     var normal = normalize(in.world_normal);
     normal = select(-normal, normal, dot(normal, ray) < 0.0 || (surface == TISSUE && is_front));
+    // In creases what is between the vertices may face the eye where its normal looks away: as dark as a hole.
+    normal = normalize(normal - ray * max(dot(normal, ray) + 0.15, 0.0));
     var colour = look.colour.rgb * vertex.rgb;
     var gloss = look.gloss;
 
