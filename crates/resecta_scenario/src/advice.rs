@@ -1,7 +1,7 @@
 //! What to do better: a sentence for each metric that lost points, the dearest first. All that is said stands in one table.
 
 use crate::{
-    metrics::MetricId,
+    metrics::{MetricId, Metrics},
     score::{ScoreCard, ScoreLine},
 };
 
@@ -120,18 +120,23 @@ const ADVICE: &[(MetricId, &str)] = &[
     ),
 ];
 
-/// At most `most` sentences for the lines that lost most points, the dearest first; none for lines that lost nothing to speak
-/// of. A line whose metric the table lacks is passed over.
-pub fn advice(card: &ScoreCard, most: usize) -> Vec<&'static str> {
+/// Harm that is told where no line scores it, too: what is practised without it is unlearnt later.
+const HARM: [MetricId; 2] = [MetricId::SphincterInjuries, MetricId::CapsuleTouches];
+
+/// At most `most` sentences for the lines that lost most points, the dearest first, then for harm that no line scores; none for
+/// lines that lost nothing to speak of. A line whose metric the table lacks is passed over.
+pub fn advice(card: &ScoreCard, metrics: &Metrics, most: usize) -> Vec<&'static str> {
     let lost = |line: &ScoreLine| line.out_of - line.points;
     let mut lines: Vec<&ScoreLine> = (card.lines.iter())
         .filter(|line| lost(line) > FINE * line.out_of)
         .collect();
     // Stable: of equals the first in the file comes first.
     lines.sort_by(|a, b| lost(b).total_cmp(&lost(a)));
+    let is_scored = |metric: &MetricId| card.lines.iter().any(|line| line.metric == *metric);
+    let harm = (HARM.into_iter()).filter(|metric| !is_scored(metric) && metrics.value(*metric) > 0.0);
     let mut said = Vec::new();
-    for line in lines {
-        let sentence = ADVICE.iter().find(|(metric, _)| *metric == line.metric);
+    for told in lines.into_iter().map(|line| line.metric).chain(harm) {
+        let sentence = ADVICE.iter().find(|(metric, _)| *metric == told);
         if let Some(&(_, sentence)) = sentence
             && !said.contains(&sentence)
         {
@@ -184,9 +189,21 @@ mod tests {
             ],
             ..Default::default()
         };
-        let said = advice(&card, 3);
+        let said = advice(&card, &Metrics::default(), 3);
         assert_eq!(said.len(), 2);
         assert!(said[0].contains("vessel") && said[1].contains("strokes"), "{said:?}");
-        assert_eq!(advice(&card, 1), said[..1]);
+        assert_eq!(advice(&card, &Metrics::default(), 1), said[..1]);
+    }
+
+    #[test]
+    fn harm_is_told_where_no_line_scores_it() {
+        let mut metrics = Metrics::default();
+        metrics.capsule.touches = 2;
+        let mut card = ScoreCard::default();
+        let said = advice(&card, &metrics, 3);
+        assert!(said.len() == 1 && said[0].contains("capsule"), "{said:?}");
+        // A line that scores it has lost nothing.
+        card.lines.push(line(MetricId::CapsuleTouches, 10.0, 10.0));
+        assert!(advice(&card, &metrics, 3).is_empty());
     }
 }

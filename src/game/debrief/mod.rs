@@ -82,6 +82,14 @@ fn gather(
     }
 }
 
+/// What most players want after a run that ended so.
+pub fn after(reason: EndReason) -> Wish {
+    match reason {
+        EndReason::GoalsReached => Wish::Choose,
+        EndReason::TimeUp | EndReason::InputEnded | EndReason::Player => Wish::Restart,
+    }
+}
+
 fn show(
     mut contexts: EguiContexts,
     active: Option<Res<ActiveExercise>>,
@@ -115,13 +123,15 @@ fn show(
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 menu::wish(ui, "Quit", Wish::Quit, false, &mut flow);
-                menu::wish(ui, "Another exercise (Esc)", Wish::Choose, false, &mut flow);
-                menu::wish(ui, "Again (R)", Wish::Restart, focus.lead, &mut flow);
+                let next = after(reason);
+                for (words, wish) in [("Another exercise (Esc)", Wish::Choose), ("Again (R)", Wish::Restart)] {
+                    menu::wish(ui, words, wish, focus.lead && wish == next, &mut flow);
+                }
             });
         });
         ui.separator();
         match debriefing.page {
-            Page::Score => score::show(ui, &active, &card, &history, &moments),
+            Page::Score => score::show(ui, &active, (&card, &metrics), &history, &moments),
             Page::Course => plots::show(ui, &active, &log),
             Page::Map => {
                 if let Some(map) = &debriefing.map {

@@ -1,7 +1,7 @@
 //! The score line by line against its pars, views at key moments, and what to do better.
 
 use bevy_egui::egui::{self, RichText, Sense, Stroke, Ui};
-use resecta_scenario::{ActiveExercise, Medal, PartScore, ScoreCard, ScoreLine, advice};
+use resecta_scenario::{ActiveExercise, Medal, Metrics, PartScore, ScoreCard, ScoreLine, advice};
 
 use super::{
     super::{history::History, menu, moments::Moments, palette},
@@ -14,7 +14,13 @@ const SENTENCES: usize = 3;
 const RUNS: usize = 6;
 
 /// Shows the page.
-pub fn show(ui: &mut Ui, active: &ActiveExercise, card: &ScoreCard, history: &History, moments: &Moments) {
+pub fn show(
+    ui: &mut Ui,
+    active: &ActiveExercise,
+    (card, metrics): (&ScoreCard, &Metrics),
+    history: &History,
+    moments: &Moments,
+) {
     let width = ui.available_width();
     ui.horizontal_top(|ui| {
         menu::part(ui, [width * 0.66, ui.available_height()], |ui| {
@@ -30,7 +36,7 @@ pub fn show(ui: &mut Ui, active: &ActiveExercise, card: &ScoreCard, history: &Hi
             menu::card(ui, |ui| {
                 ui.set_width(ui.available_width());
                 menu::caption(ui, "What to do better");
-                let said = advice(card, SENTENCES);
+                let said = advice(card, metrics, SENTENCES);
                 if said.is_empty() {
                     ui.label("Nothing lost points to speak of. Try it on another gland.");
                 }

@@ -16,8 +16,10 @@ mod table;
 use bevy::prelude::*;
 use bevy_egui::EguiPrimaryContextPass;
 use resecta_instrument::{BoundInput, DeviceParams, Handedness, InputCapture, InstrumentAction, InstrumentBindings};
+use resecta_scenario::RunState;
 
 use super::{
+    debrief,
     flow::{GameFlow, Phase, Wish},
     sound,
 };
@@ -154,6 +156,7 @@ pub fn is_closed(page: Res<SettingsPage>) -> bool {
 pub(super) fn keys(
     keys: Res<ButtonInput<KeyCode>>,
     pads: Query<&Gamepad>,
+    state: Res<RunState>,
     mut page: ResMut<SettingsPage>,
     mut flow: ResMut<GameFlow>,
 ) {
@@ -177,7 +180,11 @@ pub(super) fn keys(
         match flow.phase {
             Phase::Playing => flow.wish(Wish::Pause),
             Phase::Briefing | Phase::Paused => flow.wish(Wish::Play),
-            Phase::Result => flow.wish(Wish::Restart),
+            Phase::Result => {
+                if let RunState::Ended(reason) = *state {
+                    flow.wish(debrief::after(reason));
+                }
+            }
             Phase::Title | Phase::Choosing | Phase::Preparing => {}
         }
     }
