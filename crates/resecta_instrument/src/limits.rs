@@ -73,7 +73,8 @@ pub struct InstrumentLimits {
 }
 
 impl Default for InstrumentLimits {
-    /// - insertion 0 to 120 mm at 200 mm/s: past a prostatic urethra of 45 mm well into the bladder; 200 mm/s is the speed
+    /// - insertion -10 to 120 mm at 200 mm/s: from where the lens sees the sphincter close, past a prostatic urethra of 45 mm, well
+    ///   into the bladder; 200 mm/s is the speed
     ///   up to which collision must not tunnel;
     /// - pitch and yaw ±35° at 90°/s: from a pivot 40 mm away the tip reaches the wall of a lumen 56 mm wide (ours);
     /// - roll ±180° at 270°/s: every hour of the clock (ours);
@@ -81,7 +82,7 @@ impl Default for InstrumentLimits {
     /// - taps 0 to 1 at 4 a second: a quarter turn of the hand in a quarter of a second (ours).
     fn default() -> Self {
         InstrumentLimits {
-            insertion_mm: FieldLimit::new(0.0, 120.0, 200.0),
+            insertion_mm: FieldLimit::new(-10.0, 120.0, 200.0),
             pitch_deg: FieldLimit::new(-35.0, 35.0, 90.0),
             yaw_deg: FieldLimit::new(-35.0, 35.0, 90.0),
             roll_deg: FieldLimit::new(-180.0, 180.0, 270.0),

@@ -54,7 +54,7 @@ pub struct TissueResected {
 }
 
 /// A stroke is over, and this is what it cut out: a body of its own, for whoever lets it float away. Told some steps after the
-/// stroke's end, a quarter of a second for a long one: its surface is made in parts. Only of a tissue that is cut finer than
+/// stroke's end, a tenth of a second for a long one: its surface is made in parts. Only of a tissue that is cut finer than
 /// its elements ([`CutDetail::Field`](crate::CutDetail)).
 #[derive(Message, Debug, Clone)]
 pub struct TissueChip {

@@ -56,7 +56,8 @@ const OPERATION_PICTURES: &PlayPictures = {
     use Guidance::Off;
     use ViewLayout::{Both, Endoscope, Outside};
     &[
-        (0.9, Endoscope, Off, "urethra"),
+        (0.7, Endoscope, Off, "sphincter"),
+        (1.4, Endoscope, Off, "urethra"),
         (2.2, Endoscope, Off, "verumontanum"),
         (4.4, Endoscope, Off, "bladder_neck"),
         (5.8, Endoscope, Off, "bladder"),
