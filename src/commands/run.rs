@@ -240,12 +240,7 @@ fn warn_of_put_aside(diagnostics: &TissueDiagnostics) {
 }
 
 fn summary(report: &Report, ended: EndReason, timing: &Timing, out: &Path) {
-    let why = match ended {
-        EndReason::GoalsReached => "every goal was reached",
-        EndReason::TimeUp => "the time was up",
-        EndReason::InputEnded => "the input came to its end",
-        EndReason::Player => "it was ended",
-    };
+    let why = ended.words();
     println!(
         "{}: {:.1} s in {} steps, {why}",
         report.exercise.title, report.run.elapsed_s, report.run.steps

@@ -208,6 +208,19 @@ fn briefing(
                 ui.label(format!("• {}", goal.goal));
             }
             ui.label(format!("• within {} min", clock(exercise.limits.time_s)));
+            for (metric, limit, _) in exercise
+                .limits
+                .set()
+                .filter(|(metric, ..)| *metric != MetricId::Elapsed)
+            {
+                let info = metric.info();
+                let limit = match info.unit {
+                    "1" if info.id.ends_with("_share") => format!("{:.0} %", 100.0 * limit),
+                    "1" => format!("{limit:.0}"),
+                    unit => format!("{limit:.0} {unit}"),
+                };
+                ui.label(format!("• the run ends at {limit}: {}", info.title.to_lowercase()));
+            }
             ui.add_space(4.0);
             menu::caption(ui, "To look at");
             if active.dyed().is_some() {

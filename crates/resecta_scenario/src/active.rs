@@ -72,7 +72,7 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
         marked,
         distal,
         walls,
-        adenoma_mm3,
+        zone_mm3,
         capsule_mm2,
         material_name,
         material,
@@ -114,7 +114,7 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
 
     let mut metrics = Metrics::default();
     metrics.removal.marked_total_mm3 = marked.total_mm3();
-    metrics.removal.adenoma_total_mm3 = adenoma_mm3;
+    metrics.removal.zone_total_mm3 = zone_mm3;
     metrics.capsule.total_mm2 = capsule_mm2;
     metrics.removal.density_g_per_mm3 = material.density_g_per_mm3;
     world.insert_resource(ScoreCard::new(&loaded.exercise, &metrics));

@@ -7,7 +7,7 @@ use resecta_solver::{CollapseLaw, ShearResistance};
 use resecta_tissue::{CutDetail, CuttingRule};
 use serde::{Deserialize, Serialize};
 
-use crate::{metrics::MetricId, pars::Pars, steps::Step, water::Water};
+use crate::{limits::Limits, metrics::MetricId, pars::Pars, steps::Step, water::Water};
 
 /// One exercise, as its author wrote it. Absent optional fields take the default stated beside them; `Some(..)` may be
 /// left out around a value.
@@ -206,14 +206,6 @@ pub enum Goal {
     },
     /// Do every one of the exercise's steps.
     FinishSteps,
-}
-
-/// What ends a run early.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Limits {
-    /// Simulated time, s, above 0.
-    pub time_s: f64,
 }
 
 /// One line of the score: `points * clamp((metric - from) / (to - from), 0, 1)`.

@@ -15,10 +15,11 @@
 //! | the table of metrics, and how each is measured | `metrics/` |
 //! | how points follow from metrics | `score.rs` |
 //! | bronze, silver, gold | `pars.rs` |
-//! | steps of a tutorial and what ends them | `steps.rs` |
+//! | steps of a tutorial and what ends them | `steps.rs`, `trigger.rs` |
 //! | what was cut, by height and hour | `cut_map.rs` |
 //! | how far the loop is from capsule and sphincter | `clearance.rs` |
 //! | samples of a run over time | `run_log.rs` |
+//! | what ends a run early | `limits.rs` |
 //! | what to do better | `advice.rs` |
 //! | the order of a step | `plugin.rs` |
 //!
@@ -42,6 +43,7 @@ mod cut_map;
 mod errors;
 mod exercise;
 mod library;
+mod limits;
 pub mod metrics;
 mod pars;
 mod parse;
@@ -55,6 +57,7 @@ mod score;
 mod state;
 mod steps;
 mod trace;
+mod trigger;
 mod walls;
 mod water;
 
@@ -64,9 +67,10 @@ pub use clearance::LoopClearance;
 pub use cut_map::{CutCell, CutMap};
 pub use errors::{ExerciseError, RuleError};
 pub use exercise::{
-    ClockRange, Condition, Exercise, Goal, HeightRange, InstrumentSetup, Limits, Marked, Models, Part, Range, ScoreRule,
+    ClockRange, Condition, Exercise, Goal, HeightRange, InstrumentSetup, Marked, Models, Part, Range, ScoreRule,
 };
 pub use library::{CASE_SUFFIX, EXERCISE_SUFFIX, Library, LoadedExercise, MAX_FILE_BYTES};
+pub use limits::Limits;
 pub use metrics::{MetricId, Metrics};
 pub use pars::{Medal, Pars};
 pub use plugin::{ScenarioPlugin, ScenarioSystems};
@@ -76,8 +80,9 @@ pub use report::{CaseSummary, ExerciseSummary, FORMAT, MetricValue, Report, RunS
 pub use run_log::{LogSample, RunLog, STEPS_A_SAMPLE};
 pub use score::{GoalState, PartScore, ScoreCard, ScoreLine};
 pub use state::{CapsulePerforated, EndReason, RunState};
-pub use steps::{Step, StepProgress, Trigger};
+pub use steps::{Step, StepProgress};
 pub use trace::{COLUMNS, Trace, TraceRow};
+pub use trigger::Trigger;
 pub use walls::Walls;
 pub use water::{Bleeding, Water};
 

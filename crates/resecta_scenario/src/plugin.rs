@@ -164,7 +164,7 @@ fn observe(
 /// What blood and water did since the last step: their books run from the start of the exercise.
 fn observe_water(
     (bladder, circulation, turbidity): (Option<Res<Bladder>>, Option<Res<Circulation>>, Option<Res<Turbidity>>),
-    red_outs: Query<&RedOut>,
+    (red_outs, vessels): (Query<&RedOut>, Query<&Vessels>),
     active: Res<ActiveExercise>,
     mut before: Local<[f64; 3]>,
     mut step: ResMut<StepObservation>,
@@ -186,6 +186,7 @@ fn observe_water(
         bladder_ml,
         pressure_cmh2o,
         visibility: clear * turbidity.map_or(1.0, |turbidity| turbidity.visibility()),
+        bleeders: vessels.get(active.tissue).map_or(0, |vessels| vessels.open().count()),
     };
 }
 
@@ -289,8 +290,8 @@ fn judge(
     let input_over = playbacks.get(active.instrument).is_ok_and(|playback| playback.over);
     let reason = if card.goals_reached() {
         EndReason::GoalsReached
-    } else if metrics.elapsed_s() >= active.exercise.limits.time_s {
-        EndReason::TimeUp
+    } else if let Some(reason) = active.exercise.limits.reached(&metrics) {
+        reason
     } else if input_over {
         EndReason::InputEnded
     } else {

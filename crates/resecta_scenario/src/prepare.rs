@@ -1,7 +1,7 @@
 //! From a loaded exercise to everything that will be spawned. All that can fail fails here, before the world is touched.
 
 use bevy::prelude::*;
-use resecta_anatomy::{Case, Lattice, LatticeOptions};
+use resecta_anatomy::{Case, Lattice, LatticeOptions, Zone};
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_solver::{Material, TissueMesh};
 use serde::Serialize;
@@ -29,8 +29,8 @@ pub struct PreparedExercise {
     pub distal: MarkedRegion,
     /// Urethra and capsule at rest.
     pub walls: Walls,
-    /// Volume at rest of the adenoma, mm³.
-    pub adenoma_mm3: f64,
+    /// Volume at rest of every zone, mm³, indexed by [`Zone::index`].
+    pub zone_mm3: [f64; Zone::COUNT],
     /// Area at rest of the whole capsule, mm².
     pub capsule_mm2: f64,
     /// Name of the material preset.
@@ -128,8 +128,10 @@ impl LoadedExercise {
         let floating = (models.chips).map(|settings| chips::prepare(settings, &self.case, &resectoscope, density));
         let floating = floating.transpose().map_err(broken)?;
         let capsule = (0..tissue.pentahedron_count() as u32).map(|index| f64::from(tissue.capsule_area_mm2(index)));
-        let adenoma =
-            (0..tissue.pentahedron_count() as u32).filter(|&index| tissue.pentahedron_zone(index).is_adenoma());
+        let mut zone_mm3 = [0.0; Zone::COUNT];
+        for index in 0..tissue.pentahedron_count() as u32 {
+            zone_mm3[tissue.pentahedron_zone(index).index()] += tissue.rest_volume_mm3(index);
+        }
         Ok(PreparedExercise {
             lattice: LatticeSummary {
                 angle_deg: lattice.angle_deg,
@@ -139,7 +141,7 @@ impl LoadedExercise {
                 pentahedra: tissue.pentahedron_count(),
                 volume_mm3: tissue.initial_volume_mm3(),
             },
-            adenoma_mm3: adenoma.map(|index| tissue.rest_volume_mm3(index)).sum(),
+            zone_mm3,
             capsule_mm2: capsule.sum(),
             distal: MarkedRegion::of_lattice(&Marked::below_verumontanum(), &lattice, &self.case.landmarks),
             walls: Walls::of_lattice(&lattice),

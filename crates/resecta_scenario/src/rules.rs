@@ -66,7 +66,7 @@ impl Exercise {
                 Goal::RemoveMarked { .. } | Goal::FinishSteps => {}
             }
         }
-        positive("limits.time_s", self.limits.time_s, "s")?;
+        self.limits.check(&self.models)?;
         if self.scoring.is_empty() {
             return Err(RuleError::new("scoring", "empty", "at least one line"));
         }

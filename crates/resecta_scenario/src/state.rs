@@ -25,10 +25,34 @@ pub enum EndReason {
     GoalsReached,
     /// The time of the exercise is up.
     TimeUp,
+    /// More of the capsule was cut out than the exercise bears.
+    Perforated,
+    /// The sphincter was injured as often as the exercise bears.
+    SphincterInjured,
+    /// More blood was lost than the exercise bears.
+    BloodLost,
+    /// More irrigant got into veins than the exercise bears.
+    Absorbed,
     /// The script or recording that plays it came to its end.
     InputEnded,
     /// The player ended it.
     Player,
+}
+
+impl EndReason {
+    /// Why the run ended, as the end of a sentence that begins with the time.
+    pub const fn words(self) -> &'static str {
+        match self {
+            EndReason::GoalsReached => "every goal was reached",
+            EndReason::TimeUp => "the time was up",
+            EndReason::Perforated => "the capsule was cut open",
+            EndReason::SphincterInjured => "the sphincter was injured",
+            EndReason::BloodLost => "too much blood was lost",
+            EndReason::Absorbed => "too much irrigant got into the veins",
+            EndReason::InputEnded => "the input came to its end",
+            EndReason::Player => "it was ended",
+        }
+    }
 }
 
 /// Some of a tissue's capsule was cut out during this step by the instrument of the running exercise.

@@ -4,13 +4,13 @@
 //! that nothing done before is given away; heights of the loop and contents of the bladder are what they are.
 
 use bevy::prelude::*;
-use resecta_instrument::{InstrumentAction, InstrumentState};
 use serde::{Deserialize, Serialize};
 
 use crate::{
     errors::RuleError,
     exercise::Exercise,
     metrics::{Metrics, StepObservation},
+    trigger::{Moment, Trigger},
 };
 
 /// One step of an exercise.
@@ -26,169 +26,6 @@ pub struct Step {
     pub until: Trigger,
 }
 
-/// Something that the player does. All numbers are above 0.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub enum Trigger {
-    /// The sheath is this far deeper than when the step began, mm.
-    Advanced {
-        /// mm.
-        mm: f64,
-    },
-    /// The sheath is this far further out than when the step began, mm.
-    Withdrawn {
-        /// mm.
-        mm: f64,
-    },
-    /// The tip has turned up, down or sideways this far from where it pointed when the step began, degrees.
-    Tilted {
-        /// Degrees.
-        deg: f64,
-    },
-    /// The tip has turned up this far from where it pointed when the step began, degrees.
-    TipRaised {
-        /// Degrees.
-        deg: f64,
-    },
-    /// The instrument has rolled this far from where it was, either way, degrees.
-    Rolled {
-        /// Degrees.
-        deg: f64,
-    },
-    /// The instrument is rolled by at most this much from upright, either way, degrees.
-    Upright {
-        /// Degrees.
-        deg: f64,
-    },
-    /// The loop is at least this far out, mm.
-    LoopOut {
-        /// mm.
-        mm: f64,
-    },
-    /// The loop is at most this far out, mm.
-    LoopIn {
-        /// mm.
-        mm: f64,
-    },
-    /// This much tissue went in the step, g.
-    Cut {
-        /// g.
-        g: f64,
-    },
-    /// The coagulating current flowed this long through a loop in contact with tissue, s.
-    Coagulated {
-        /// s.
-        s: f64,
-    },
-    /// The bladder holds this much or less, ml. Needs `models.water`.
-    BladderBelow {
-        /// ml.
-        ml: f64,
-    },
-    /// The bladder holds this much or more, ml. Needs `models.water`.
-    BladderAbove {
-        /// ml.
-        ml: f64,
-    },
-}
-
-impl Trigger {
-    /// Its name in files, its number and what the number is in.
-    pub fn parts(&self) -> (&'static str, f64, &'static str) {
-        match *self {
-            Trigger::Advanced { mm } => ("Advanced", mm, "mm"),
-            Trigger::Withdrawn { mm } => ("Withdrawn", mm, "mm"),
-            Trigger::Tilted { deg } => ("Tilted", deg, "deg"),
-            Trigger::TipRaised { deg } => ("TipRaised", deg, "deg"),
-            Trigger::Rolled { deg } => ("Rolled", deg, "deg"),
-            Trigger::Upright { deg } => ("Upright", deg, "deg"),
-            Trigger::LoopOut { mm } => ("LoopOut", mm, "mm"),
-            Trigger::LoopIn { mm } => ("LoopIn", mm, "mm"),
-            Trigger::Cut { g } => ("Cut", g, "g"),
-            Trigger::Coagulated { s } => ("Coagulated", s, "s"),
-            Trigger::BladderBelow { ml } => ("BladderBelow", ml, "ml"),
-            Trigger::BladderAbove { ml } => ("BladderAbove", ml, "ml"),
-        }
-    }
-
-    /// What the player does it with.
-    pub fn actions(&self) -> &'static [InstrumentAction] {
-        use InstrumentAction as Action;
-        match self {
-            Trigger::Advanced { .. } => &[Action::Advance],
-            Trigger::Withdrawn { .. } => &[Action::Withdraw],
-            Trigger::Tilted { .. } => &[Action::TipUp, Action::TipDown, Action::TipLeft, Action::TipRight],
-            Trigger::TipRaised { .. } => &[Action::TipUp],
-            Trigger::Rolled { .. } | Trigger::Upright { .. } => &[Action::RollLeft, Action::RollRight],
-            Trigger::LoopOut { .. } => &[Action::LoopOut],
-            Trigger::LoopIn { .. } => &[Action::LoopIn],
-            Trigger::Cut { .. } => &[Action::TipDown, Action::Cut, Action::LoopIn],
-            Trigger::Coagulated { .. } => &[Action::LoopOut, Action::TipDown, Action::Coagulate],
-            Trigger::BladderAbove { .. } => &[Action::InflowOpen, Action::OutflowClose],
-            Trigger::BladderBelow { .. } => &[Action::InflowClose, Action::OutflowOpen],
-        }
-    }
-
-    /// How far a step has come, 0 to 1 at its end, with what was so at its beginning and what is so now.
-    fn share(&self, from: &Moment, now: &Moment) -> f64 {
-        let (was, is) = (&from.instrument, &now.instrument);
-        let apart = |a: f32, b: f32| f64::from(a) - f64::from(b);
-        match *self {
-            Trigger::Advanced { mm } => apart(is.insertion_mm, was.insertion_mm) / mm,
-            Trigger::Withdrawn { mm } => apart(was.insertion_mm, is.insertion_mm) / mm,
-            Trigger::Tilted { deg } => apart(is.pitch_deg, was.pitch_deg).hypot(apart(is.yaw_deg, was.yaw_deg)) / deg,
-            Trigger::TipRaised { deg } => apart(is.pitch_deg, was.pitch_deg) / deg,
-            Trigger::Rolled { deg } => apart(is.roll_deg, was.roll_deg).abs() / deg,
-            Trigger::Upright { deg } => downwards(f64::from(was.roll_deg).abs(), f64::from(is.roll_deg).abs(), deg),
-            Trigger::LoopOut { mm } => f64::from(is.stroke_mm) / mm,
-            Trigger::LoopIn { mm } => downwards(f64::from(was.stroke_mm), f64::from(is.stroke_mm), mm),
-            Trigger::Cut { g } => (now.removed_g - from.removed_g) / g,
-            Trigger::Coagulated { s } => (now.coagulated_s - from.coagulated_s) / s,
-            Trigger::BladderBelow { ml } => downwards(from.bladder_ml, now.bladder_ml, ml),
-            // As far up as below it is down.
-            Trigger::BladderAbove { ml } => downwards(-from.bladder_ml, -now.bladder_ml, -ml),
-        }
-        .clamp(0.0, 1.0)
-    }
-
-    fn needs_water(&self) -> bool {
-        matches!(self, Trigger::BladderBelow { .. } | Trigger::BladderAbove { .. })
-    }
-}
-
-/// How much of the way down to `to` is done.
-fn downwards(from: f64, now: f64, to: f64) -> f64 {
-    if now <= to {
-        1.0
-    } else if from <= to {
-        // It was there when the step began.
-        0.0
-    } else {
-        // Short of it by however little is not there.
-        ((from - now) / (from - to)).clamp(0.0, 0.999)
-    }
-}
-
-/// What triggers look at, at one time.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Moment {
-    instrument: InstrumentState,
-    removed_g: f64,
-    coagulated_s: f64,
-    bladder_ml: f64,
-}
-
-impl Moment {
-    fn new(step: &StepObservation, metrics: &Metrics) -> Self {
-        Self {
-            instrument: step.instrument,
-            removed_g: metrics.removal.mass_g(),
-            coagulated_s: metrics.current.coagulation_in_contact_s,
-            bladder_ml: step.water.bladder_ml,
-        }
-    }
-}
-
 /// How far the steps of the exercise in play have come. Empty for an exercise without steps.
 #[derive(Resource, Debug, Clone, PartialEq, Default)]
 pub struct StepProgress {
@@ -197,6 +34,8 @@ pub struct StepProgress {
     /// How far the present step has come, 0 to 1.
     pub share: f64,
     from: Option<Moment>,
+    /// For how long what the step asks for has been so, s.
+    held_s: f64,
 }
 
 impl StepProgress {
@@ -213,11 +52,16 @@ impl StepProgress {
         };
         let now = Moment::new(observed, metrics);
         let from = *self.from.get_or_insert(now);
-        self.share = step.until.share(&from, &now);
+        self.held_s = if step.until.holds(&now) {
+            self.held_s + observed.step_s
+        } else {
+            0.0
+        };
+        self.share = step.until.share(&from, &now, self.held_s);
         if self.share >= 1.0 {
             self.done_at_s.push(metrics.elapsed_s());
             self.from = Some(now);
-            self.share = 0.0;
+            (self.share, self.held_s) = (0.0, 0.0);
         }
     }
 }
@@ -229,15 +73,7 @@ pub(crate) fn check(exercise: &Exercise) -> Result<(), RuleError> {
         if step.say.trim().is_empty() {
             return Err(RuleError::new(format!("{field}.say"), "empty", "some text"));
         }
-        let (name, number, unit) = step.until.parts();
-        if !(number > 0.0 && number.is_finite()) {
-            let expected = format!("a finite number of {unit} above 0");
-            return Err(RuleError::new(format!("{field}.until.{name}.{unit}"), number, expected));
-        }
-        if step.until.needs_water() && exercise.models.water.is_none() {
-            let expected = "a trigger that a dry exercise has, or `models: (water: (..))`";
-            return Err(RuleError::new(format!("{field}.until"), name, expected));
-        }
+        step.until.check(&format!("{field}.until"), exercise)?;
     }
     Ok(())
 }
@@ -245,6 +81,8 @@ pub(crate) fn check(exercise: &Exercise) -> Result<(), RuleError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use resecta_anatomy::Zone;
+    use resecta_instrument::InstrumentState;
 
     fn step(until: Trigger) -> Step {
         Step {
@@ -364,6 +202,58 @@ mod tests {
             assert!(progress.done_at_s.is_empty() && progress.share < 1.0, "{trigger:?}");
             let progress = run(&steps, [begin.clone(), short, enough]);
             assert_eq!(progress.done_at_s.len(), 1, "{trigger:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_wanted_for_a_time_is_wanted_without_a_break() {
+        let so = |pressure_cmh2o, bleeders, visibility| {
+            let mut observed = with(InstrumentState::default());
+            observed.water.pressure_cmh2o = pressure_cmh2o;
+            observed.water.bleeders = bleeders;
+            observed.water.visibility = visibility;
+            observed
+        };
+        let (good, bad) = (so(9.0, 0, 0.9), so(11.0, 1, 0.7));
+        for trigger in [
+            Trigger::PressureKept { cmh2o: 10.0, s: 0.25 },
+            Trigger::NothingBleeds { s: 0.25 },
+            Trigger::ViewClear { share: 0.8, s: 0.25 },
+        ] {
+            let steps = [step(trigger)];
+            let after = |observed: &[&StepObservation]| run(&steps, observed.iter().copied().cloned());
+            // A fixed step is 0.1 s here.
+            let interrupted = after(&[&good, &good, &bad, &good, &good]);
+            assert!(interrupted.done_at_s.is_empty(), "{trigger:?}");
+            assert!((interrupted.share - 0.8).abs() < 1e-6, "{trigger:?}");
+            assert_eq!(after(&[&bad, &good, &good, &good]).done_at_s.len(), 1, "{trigger:?}");
+        }
+        let waited = [step(Trigger::Waited { s: 0.25 })];
+        assert!(run(&waited, vec![bad.clone(); 3]).done_at_s.is_empty());
+        assert_eq!(run(&waited, vec![bad; 4]).done_at_s.len(), 1);
+    }
+
+    #[test]
+    fn shares_of_marked_tissue_and_of_a_zone_count_from_the_start_of_the_run() {
+        let mut metrics = Metrics::default();
+        metrics.removal.marked_total_mm3 = 200.0;
+        metrics.removal.zone_total_mm3[Zone::MiddleLobe.index()] = 400.0;
+        let mut observed = with(InstrumentState::default());
+        observed.removed_by_zone_mm3[Zone::MiddleLobe.index()] = 50.0;
+        observed.marked_removed_mm3 = 50.0;
+        let steps = [
+            step(Trigger::MarkedRemoved { share: 0.5 }),
+            step(Trigger::ZoneRemoved {
+                zone: Zone::MiddleLobe,
+                share: 0.5,
+            }),
+        ];
+        let mut progress = StepProgress::default();
+        for done in [0, 1, 1, 2] {
+            metrics.count_step(&observed);
+            metrics.removal.observe(&observed);
+            progress.observe(&steps, &observed, &metrics);
+            assert_eq!(progress.done_at_s.len(), done);
         }
     }
 

@@ -152,6 +152,33 @@ fn broken_rules_name_field_value_and_what_was_expected() {
             "limits.time_s is inf; expected a finite number of s above 0",
         ),
         (
+            ("time_s: 300", "time_s: 300, capsule_cut_share: 1.5"),
+            "limits.capsule_cut_share is 1.5; expected a share above 0 and at most 1",
+        ),
+        (
+            ("time_s: 300", "time_s: 300, sphincter_injuries: 0"),
+            "limits.sphincter_injuries is 0; expected 1 or more",
+        ),
+        (
+            ("time_s: 300", "time_s: 300, blood_lost_ml: 100"),
+            "limits.blood_lost_ml is 100; expected nothing, or `models: (water: (bleeding: (..)))`: without it the limit is \
+             never reached",
+        ),
+        (
+            (
+                "goals:",
+                "steps: [(say: \"cut\", until: MarkedRemoved(share: 2))], goals:",
+            ),
+            "steps[0].until.MarkedRemoved.share is 2; expected a share above 0 and at most 1",
+        ),
+        (
+            (
+                "goals:",
+                "models: (water: ()), steps: [(say: \"look\", until: ViewClear(share: 0.5, s: 2))], goals:",
+            ),
+            "steps[0].until is ViewClear; expected another trigger, or `models: (water: (turbidity: (..)))`",
+        ),
+        (
             ("marked: (", "instrument: (start: (stroke_mm: 42)), marked: ("),
             "instrument.start.stroke_mm is 42; expected 0 to 30, the limits of the instrument",
         ),

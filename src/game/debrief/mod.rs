@@ -86,7 +86,7 @@ fn gather(
 pub fn after(reason: EndReason) -> Wish {
     match reason {
         EndReason::GoalsReached => Wish::Choose,
-        EndReason::TimeUp | EndReason::InputEnded | EndReason::Player => Wish::Restart,
+        _ => Wish::Restart,
     }
 }
 
@@ -156,6 +156,10 @@ fn header(ui: &mut Ui, active: &ActiveExercise, reason: EndReason, card: &ScoreC
     let (headline, colour) = match reason {
         EndReason::GoalsReached => ("Every goal reached", palette::GOOD),
         EndReason::TimeUp => ("Time is up", palette::CAREFUL),
+        EndReason::Perforated => ("Ended: the capsule was cut open", palette::BAD),
+        EndReason::SphincterInjured => ("Ended: the sphincter was injured", palette::BAD),
+        EndReason::BloodLost => ("Ended: too much blood was lost", palette::BAD),
+        EndReason::Absorbed => ("Ended: too much irrigant was absorbed", palette::BAD),
         EndReason::InputEnded => ("The recording is over", palette::TEXT),
         EndReason::Player => ("Ended before the goal", palette::TEXT),
     };

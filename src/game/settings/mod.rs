@@ -332,6 +332,7 @@ mod tests {
             .insert_resource(bindings)
             .insert_resource(kept)
             .init_resource::<SettingsPage>()
+            .init_resource::<RunState>()
             .init_resource::<GameFlow>()
             .add_systems(Update, (keys, capture, save).chain());
         app.update();

@@ -16,8 +16,8 @@ pub struct Removal {
     pub marked_mm3: f64,
     /// Volume at rest of the whole marked region, mm³.
     pub marked_total_mm3: f64,
-    /// Volume at rest of the whole adenoma, mm³.
-    pub adenoma_total_mm3: f64,
+    /// Volume at rest of every zone, mm³, indexed by [`Zone::index`].
+    pub zone_total_mm3: [f64; Zone::COUNT],
     /// Density of the tissue, g/mm³.
     pub density_g_per_mm3: f64,
 }
@@ -59,26 +59,29 @@ impl Removal {
 
     /// Removed tissue that is no adenoma, mm³.
     pub fn healthy_mm3(&self) -> f64 {
-        self.sum_of_zones(|zone| !zone.is_adenoma())
+        sum_of_zones(&self.by_zone_mm3, |zone| !zone.is_adenoma())
     }
 
     /// Removed share of the adenoma, 0 to 1; 0 for a gland without one.
     pub fn adenoma_share(&self) -> f64 {
-        share(self.sum_of_zones(Zone::is_adenoma), self.adenoma_total_mm3)
+        let adenoma = |of: &[f64; Zone::COUNT]| sum_of_zones(of, Zone::is_adenoma);
+        share(adenoma(&self.by_zone_mm3), adenoma(&self.zone_total_mm3))
+    }
+
+    /// Removed share of a zone, 0 to 1; 0 for one that the gland has nothing of.
+    pub fn zone_share(&self, zone: Zone) -> f64 {
+        share(self.by_zone_mm3[zone.index()], self.zone_total_mm3[zone.index()])
     }
 
     /// Removed share of the marked region, 0 to 1; 0 for an empty region.
     pub fn marked_share(&self) -> f64 {
         share(self.marked_mm3, self.marked_total_mm3)
     }
+}
 
-    fn sum_of_zones(&self, of: impl Fn(Zone) -> bool) -> f64 {
-        Zone::ALL
-            .into_iter()
-            .filter(|&zone| of(zone))
-            .map(|zone| self.by_zone_mm3[zone.index()])
-            .sum()
-    }
+fn sum_of_zones(volumes: &[f64; Zone::COUNT], of: impl Fn(Zone) -> bool) -> f64 {
+    let zones = Zone::ALL.into_iter().filter(|&zone| of(zone));
+    zones.map(|zone| volumes[zone.index()]).sum()
 }
 
 /// Sums of the same volumes in another order differ in the last bits: a share never passes 1 for that.

@@ -47,6 +47,8 @@ pub struct WaterStep {
     pub pressure_cmh2o: f64,
     /// Share of the light that comes back to the lens, 0 to 1; 1 in a dry scene.
     pub visibility: f64,
+    /// Vessels that bleed.
+    pub bleeders: usize,
 }
 
 impl Default for WaterStep {
@@ -59,6 +61,7 @@ impl Default for WaterStep {
             bladder_ml: 0.0,
             pressure_cmh2o: 0.0,
             visibility: 1.0,
+            bleeders: 0,
         }
     }
 }

@@ -77,7 +77,7 @@ impl Bench {
         };
         let mut metrics = Metrics::default();
         metrics.removal.marked_total_mm3 = active.marked.total_mm3();
-        metrics.removal.adenoma_total_mm3 = 60.0 * VOLUME;
+        metrics.removal.zone_total_mm3[Zone::MiddleLobe.index()] = 60.0 * VOLUME;
         metrics.capsule.total_mm2 = CAPSULE_MM2;
         metrics.removal.density_g_per_mm3 = DENSITY;
         app.insert_resource(ScoreCard::new(&active.exercise, &metrics))

@@ -9,7 +9,8 @@ use bevy::{
 };
 use resecta_instrument::{InstrumentPlayback, InstrumentState};
 use resecta_scenario::{
-    CapsulePerforated, EndReason, Exercise, Medal, MetricId, Metrics, Part, RunState, ScenarioPlugin, ScoreCard, Trace,
+    ActiveExercise, CapsulePerforated, EndReason, Exercise, Limits, Medal, MetricId, Metrics, Part, RunState,
+    ScenarioPlugin, ScoreCard, Trace,
 };
 use resecta_solver::NodeKind;
 use resecta_tissue::ToolPartKind;
@@ -301,6 +302,56 @@ fn the_run_ends_when_time_is_up() {
     assert_eq!(bench.run_state(), RunState::Running);
     bench.step(1);
     assert_eq!(bench.run_state(), RunState::Ended(EndReason::TimeUp));
+}
+
+#[test]
+fn the_run_ends_when_a_limit_is_reached_and_says_which() {
+    let limits = Limits::of_time(20.0);
+    let capsule = Limits {
+        capsule_cut_share: Some(0.1),
+        ..limits
+    };
+    let sphincter = Limits {
+        sphincter_injuries: Some(2),
+        ..limits
+    };
+    let blood = Limits {
+        blood_lost_ml: Some(30.0),
+        ..limits
+    };
+    let absorbed = Limits {
+        absorbed_ml: Some(200.0),
+        ..limits
+    };
+    type Harm = fn(&mut Metrics, f64);
+    let harms: [(Limits, Harm, EndReason); 4] = [
+        (
+            capsule,
+            |m, harm| m.capsule.cut_mm2 = harm * 0.1 * CAPSULE_MM2,
+            EndReason::Perforated,
+        ),
+        (
+            sphincter,
+            |m, harm| m.sphincter.injuries = (harm * 2.0) as u32,
+            EndReason::SphincterInjured,
+        ),
+        (blood, |m, harm| m.water.blood_ml = harm * 30.0, EndReason::BloodLost),
+        (
+            absorbed,
+            |m, harm| m.water.absorbed_ml = harm * 200.0,
+            EndReason::Absorbed,
+        ),
+    ];
+    for (limits, harm, reason) in harms {
+        let mut bench = Bench::new();
+        bench.app.world_mut().resource_mut::<ActiveExercise>().exercise.limits = limits;
+        harm(&mut bench.app.world_mut().resource_mut::<Metrics>(), 0.9);
+        bench.step(1);
+        assert_eq!(bench.run_state(), RunState::Running, "{reason:?}");
+        harm(&mut bench.app.world_mut().resource_mut::<Metrics>(), 1.01);
+        bench.step(1);
+        assert_eq!(bench.run_state(), RunState::Ended(reason));
+    }
 }
 
 #[test]

@@ -1,0 +1,285 @@
+//! What ends a step: something that the player does, or that comes of it.
+//!
+//! Most triggers count from the moment their step began. Those with a time hold only while what they ask for is so, without a break.
+
+use resecta_anatomy::Zone;
+use resecta_instrument::{InstrumentAction, InstrumentState};
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    errors::RuleError,
+    exercise::Exercise,
+    metrics::{Metrics, StepObservation},
+};
+
+/// Something that the player does, or that comes of it. All numbers are above 0.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Trigger {
+    /// The sheath is this far deeper than when the step began, mm.
+    Advanced {
+        /// mm.
+        mm: f64,
+    },
+    /// The sheath is this far further out than when the step began, mm.
+    Withdrawn {
+        /// mm.
+        mm: f64,
+    },
+    /// The tip has turned up, down or sideways this far from where it pointed when the step began, degrees.
+    Tilted {
+        /// Degrees.
+        deg: f64,
+    },
+    /// The tip has turned up this far from where it pointed when the step began, degrees.
+    TipRaised {
+        /// Degrees.
+        deg: f64,
+    },
+    /// The instrument has rolled this far from where it was, either way, degrees.
+    Rolled {
+        /// Degrees.
+        deg: f64,
+    },
+    /// The instrument is rolled by at most this much from upright, either way, degrees.
+    Upright {
+        /// Degrees.
+        deg: f64,
+    },
+    /// The loop is at least this far out, mm.
+    LoopOut {
+        /// mm.
+        mm: f64,
+    },
+    /// The loop is at most this far out, mm.
+    LoopIn {
+        /// mm.
+        mm: f64,
+    },
+    /// This much tissue went in the step, g.
+    Cut {
+        /// g.
+        g: f64,
+    },
+    /// The coagulating current flowed this long through a loop in contact with tissue, s.
+    Coagulated {
+        /// s.
+        s: f64,
+    },
+    /// This share of the marked region is gone, however long since; at most 1.
+    MarkedRemoved {
+        /// Share of its volume at rest.
+        share: f64,
+    },
+    /// This share of a zone is gone, however long since; at most 1.
+    ZoneRemoved {
+        /// `LateralLobe`, `MiddleLobe`, `Peripheral` or `Other`.
+        zone: Zone,
+        /// Share of its volume at rest.
+        share: f64,
+    },
+    /// No vessel has bled for this long, s. Needs `models.water.bleeding`.
+    NothingBleeds {
+        /// s.
+        s: f64,
+    },
+    /// The pressure in the bladder has been this or less for so long. Needs `models.water`.
+    PressureKept {
+        /// cmH2O.
+        cmh2o: f64,
+        /// s.
+        s: f64,
+    },
+    /// At least this share of the light has come back to the lens for so long; at most 1. Needs `models.water.turbidity`.
+    ViewClear {
+        /// Share of the light.
+        share: f64,
+        /// s.
+        s: f64,
+    },
+    /// So much time has passed in the step, s.
+    Waited {
+        /// s.
+        s: f64,
+    },
+    /// The bladder holds this much or less, ml. Needs `models.water`.
+    BladderBelow {
+        /// ml.
+        ml: f64,
+    },
+    /// The bladder holds this much or more, ml. Needs `models.water`.
+    BladderAbove {
+        /// ml.
+        ml: f64,
+    },
+}
+
+impl Trigger {
+    /// Its name in files, and its numbers by their fields.
+    pub(crate) fn parts(&self) -> (&'static str, Vec<(&'static str, f64)>) {
+        match *self {
+            Trigger::Advanced { mm } => ("Advanced", vec![("mm", mm)]),
+            Trigger::Withdrawn { mm } => ("Withdrawn", vec![("mm", mm)]),
+            Trigger::Tilted { deg } => ("Tilted", vec![("deg", deg)]),
+            Trigger::TipRaised { deg } => ("TipRaised", vec![("deg", deg)]),
+            Trigger::Rolled { deg } => ("Rolled", vec![("deg", deg)]),
+            Trigger::Upright { deg } => ("Upright", vec![("deg", deg)]),
+            Trigger::LoopOut { mm } => ("LoopOut", vec![("mm", mm)]),
+            Trigger::LoopIn { mm } => ("LoopIn", vec![("mm", mm)]),
+            Trigger::Cut { g } => ("Cut", vec![("g", g)]),
+            Trigger::Coagulated { s } => ("Coagulated", vec![("s", s)]),
+            Trigger::MarkedRemoved { share } => ("MarkedRemoved", vec![("share", share)]),
+            Trigger::ZoneRemoved { share, .. } => ("ZoneRemoved", vec![("share", share)]),
+            Trigger::NothingBleeds { s } => ("NothingBleeds", vec![("s", s)]),
+            Trigger::PressureKept { cmh2o, s } => ("PressureKept", vec![("cmh2o", cmh2o), ("s", s)]),
+            Trigger::ViewClear { share, s } => ("ViewClear", vec![("share", share), ("s", s)]),
+            Trigger::Waited { s } => ("Waited", vec![("s", s)]),
+            Trigger::BladderBelow { ml } => ("BladderBelow", vec![("ml", ml)]),
+            Trigger::BladderAbove { ml } => ("BladderAbove", vec![("ml", ml)]),
+        }
+    }
+
+    /// What the player does it with.
+    pub fn actions(&self) -> &'static [InstrumentAction] {
+        use InstrumentAction as Action;
+        match self {
+            Trigger::Advanced { .. } => &[Action::Advance],
+            Trigger::Withdrawn { .. } => &[Action::Withdraw],
+            Trigger::Tilted { .. } => &[Action::TipUp, Action::TipDown, Action::TipLeft, Action::TipRight],
+            Trigger::TipRaised { .. } => &[Action::TipUp],
+            Trigger::Rolled { .. } | Trigger::Upright { .. } => &[Action::RollLeft, Action::RollRight],
+            Trigger::LoopOut { .. } => &[Action::LoopOut],
+            Trigger::LoopIn { .. } => &[Action::LoopIn],
+            Trigger::Cut { .. } => &[Action::TipDown, Action::Cut, Action::LoopIn],
+            Trigger::Coagulated { .. } => &[Action::LoopOut, Action::TipDown, Action::Coagulate],
+            Trigger::MarkedRemoved { .. } | Trigger::ZoneRemoved { .. } => {
+                &[Action::TipDown, Action::Cut, Action::LoopIn]
+            }
+            Trigger::NothingBleeds { .. } => &[Action::LoopOut, Action::Coagulate],
+            Trigger::PressureKept { .. } => &[Action::InflowClose, Action::OutflowOpen],
+            Trigger::ViewClear { .. } => &[Action::InflowOpen, Action::OutflowOpen],
+            Trigger::Waited { .. } => &[],
+            Trigger::BladderAbove { .. } => &[Action::InflowOpen, Action::OutflowClose],
+            Trigger::BladderBelow { .. } => &[Action::InflowClose, Action::OutflowOpen],
+        }
+    }
+
+    /// Whether what it asks for is so now; for triggers that want it for a time.
+    pub(crate) fn holds(&self, now: &Moment) -> bool {
+        match *self {
+            Trigger::NothingBleeds { .. } => now.bleeders == 0,
+            Trigger::PressureKept { cmh2o, .. } => now.pressure_cmh2o <= cmh2o,
+            Trigger::ViewClear { share, .. } => now.visibility >= share,
+            _ => false,
+        }
+    }
+
+    /// How far a step has come, 0 to 1 at its end, with what was so at its beginning, what is so now, and for how long it held.
+    pub(crate) fn share(&self, from: &Moment, now: &Moment, held_s: f64) -> f64 {
+        let (was, is) = (&from.instrument, &now.instrument);
+        let apart = |a: f32, b: f32| f64::from(a) - f64::from(b);
+        match *self {
+            Trigger::Advanced { mm } => apart(is.insertion_mm, was.insertion_mm) / mm,
+            Trigger::Withdrawn { mm } => apart(was.insertion_mm, is.insertion_mm) / mm,
+            Trigger::Tilted { deg } => apart(is.pitch_deg, was.pitch_deg).hypot(apart(is.yaw_deg, was.yaw_deg)) / deg,
+            Trigger::TipRaised { deg } => apart(is.pitch_deg, was.pitch_deg) / deg,
+            Trigger::Rolled { deg } => apart(is.roll_deg, was.roll_deg).abs() / deg,
+            Trigger::Upright { deg } => downwards(f64::from(was.roll_deg).abs(), f64::from(is.roll_deg).abs(), deg),
+            Trigger::LoopOut { mm } => f64::from(is.stroke_mm) / mm,
+            Trigger::LoopIn { mm } => downwards(f64::from(was.stroke_mm), f64::from(is.stroke_mm), mm),
+            Trigger::Cut { g } => (now.removed_g - from.removed_g) / g,
+            Trigger::Coagulated { s } => (now.coagulated_s - from.coagulated_s) / s,
+            Trigger::MarkedRemoved { share } => now.marked_share / share,
+            Trigger::ZoneRemoved { zone, share } => now.zone_shares[zone.index()] / share,
+            Trigger::NothingBleeds { s } | Trigger::PressureKept { s, .. } | Trigger::ViewClear { s, .. } => held_s / s,
+            Trigger::Waited { s } => (now.time_s - from.time_s) / s,
+            Trigger::BladderBelow { ml } => downwards(from.bladder_ml, now.bladder_ml, ml),
+            // As far up as below it is down.
+            Trigger::BladderAbove { ml } => downwards(-from.bladder_ml, -now.bladder_ml, -ml),
+        }
+        .clamp(0.0, 1.0)
+    }
+
+    /// The model that it needs beside the water itself, if any: its field in `models.water`.
+    fn needs(&self) -> Option<Option<&'static str>> {
+        match self {
+            Trigger::BladderBelow { .. } | Trigger::BladderAbove { .. } | Trigger::PressureKept { .. } => Some(None),
+            Trigger::NothingBleeds { .. } => Some(Some("bleeding")),
+            Trigger::ViewClear { .. } => Some(Some("turbidity")),
+            _ => None,
+        }
+    }
+
+    /// Checks its numbers, and that the exercise models what it looks at. `field` is where it stands.
+    pub(crate) fn check(&self, field: &str, exercise: &Exercise) -> Result<(), RuleError> {
+        let (name, numbers) = self.parts();
+        for (unit, number) in numbers {
+            let field = format!("{field}.{name}.{unit}");
+            if !(number > 0.0 && number.is_finite()) {
+                let expected = format!("a finite number of {unit} above 0");
+                return Err(RuleError::new(field, number, expected));
+            }
+            if unit == "share" && number > 1.0 {
+                return Err(RuleError::new(field, number, "a share above 0 and at most 1"));
+            }
+        }
+        let water = exercise.models.water.as_ref();
+        let expected = match self.needs() {
+            None => return Ok(()),
+            Some(_) if water.is_none() => "a trigger that a dry exercise has, or `models: (water: (..))`".into(),
+            Some(Some("bleeding")) if water.is_some_and(|water| water.bleeding.is_none()) => missing("bleeding"),
+            Some(Some("turbidity")) if water.is_some_and(|water| water.turbidity.is_none()) => missing("turbidity"),
+            Some(_) => return Ok(()),
+        };
+        Err(RuleError::new(field, name, expected))
+    }
+}
+
+fn missing(model: &str) -> String {
+    format!("another trigger, or `models: (water: ({model}: (..)))`")
+}
+
+/// How much of the way down to `to` is done.
+fn downwards(from: f64, now: f64, to: f64) -> f64 {
+    if now <= to {
+        1.0
+    } else if from <= to {
+        // It was there when the step began.
+        0.0
+    } else {
+        // Short of it by however little is not there.
+        ((from - now) / (from - to)).clamp(0.0, 0.999)
+    }
+}
+
+/// What triggers look at, at one time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Moment {
+    instrument: InstrumentState,
+    time_s: f64,
+    removed_g: f64,
+    marked_share: f64,
+    zone_shares: [f64; Zone::COUNT],
+    coagulated_s: f64,
+    bladder_ml: f64,
+    pressure_cmh2o: f64,
+    visibility: f64,
+    bleeders: usize,
+}
+
+impl Moment {
+    pub fn new(step: &StepObservation, metrics: &Metrics) -> Self {
+        Self {
+            instrument: step.instrument,
+            time_s: metrics.elapsed_s(),
+            removed_g: metrics.removal.mass_g(),
+            marked_share: metrics.removal.marked_share(),
+            zone_shares: Zone::ALL.map(|zone| metrics.removal.zone_share(zone)),
+            pressure_cmh2o: step.water.pressure_cmh2o,
+            visibility: step.water.visibility,
+            bleeders: step.water.bleeders,
+            coagulated_s: metrics.current.coagulation_in_contact_s,
+            bladder_ml: step.water.bladder_ml,
+        }
+    }
+}
