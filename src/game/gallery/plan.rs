@@ -57,7 +57,7 @@ const OPERATION_PICTURES: &PlayPictures = {
     use ViewLayout::{Both, Endoscope, Outside};
     &[
         (0.7, Endoscope, Off, "sphincter"),
-        (1.4, Endoscope, Off, "urethra"),
+        (1.45, Endoscope, Off, "urethra"),
         (2.2, Endoscope, Off, "verumontanum"),
         (4.4, Endoscope, Off, "bladder_neck"),
         (5.8, Endoscope, Off, "bladder"),
@@ -65,15 +65,15 @@ const OPERATION_PICTURES: &PlayPictures = {
         (9.3, Endoscope, Off, "dent"),
         (10.9, Endoscope, Off, "cutting"),
         (12.4, Endoscope, Off, "chip"),
-        (18.0, Endoscope, Off, "cut_surface"),
-        (19.4, Endoscope, Off, "chips_in_bladder"),
-        (27.4, Endoscope, Off, "coagulating"),
-        (29.4, Endoscope, Off, "coagulated"),
-        (33.2, Endoscope, Off, "jets"),
-        (43.0, Both, Off, "bleeding"),
-        (43.5, Outside, Off, "outside"),
-        (44.7, Endoscope, Off, "red_out"),
-        (48.8, Endoscope, Off, "lens_in_tissue"),
+        (19.8, Endoscope, Off, "cut_surface"),
+        (21.0, Endoscope, Off, "chips_in_bladder"),
+        (29.0, Endoscope, Off, "coagulating"),
+        (31.0, Endoscope, Off, "coagulated"),
+        (39.0, Endoscope, Off, "jets"),
+        (44.6, Both, Off, "bleeding"),
+        (45.1, Outside, Off, "outside"),
+        (46.3, Endoscope, Off, "red_out"),
+        (50.4, Endoscope, Off, "lens_in_tissue"),
     ]
 };
 
