@@ -335,12 +335,12 @@ impl Play {
     fn searched_place(&self, behind: usize) -> Option<(Vec3, Vec3)> {
         let strokes = SEARCHED_STROKES * 3_usize.pow(self.searches.saturating_sub(1));
         let last = self.strokes[..self.next].iter().rev().take(strokes);
-        let places = last.flat_map(|(_, stroke)| {
+        let mut places = last.flat_map(|(_, stroke)| {
             let outwards = towards(stroke.hour).extend(0.0).as_vec3();
             let along = stroke.way.iter().rev().step_by(SEARCH_STEP_MM);
             along.map(move |place| (place.as_vec3(), outwards))
         });
-        places.skip(behind).next()
+        places.nth(behind)
     }
 
     /// Taps as the water asks for: clear water through both, little inflow while the view is clear, none while the bladder presses.
