@@ -11,6 +11,7 @@ use resecta_instrument::{InstrumentBindings, InstrumentState};
 use resecta_scenario::{ActiveExercise, MetricId, Metrics, ScoreCard};
 
 use super::{
+    debrief,
     flow::{GameFlow, KEYS, Phase, Wish},
     menu::{self, MenuFocus, MenuSystems, UiZoom},
     palette,
@@ -213,13 +214,9 @@ fn briefing(
                 .set()
                 .filter(|(metric, ..)| *metric != MetricId::Elapsed)
             {
-                let info = metric.info();
-                let limit = match info.unit {
-                    "1" if info.id.ends_with("_share") => format!("{:.0} %", 100.0 * limit),
-                    "1" => format!("{limit:.0}"),
-                    unit => format!("{limit:.0} {unit}"),
-                };
-                ui.label(format!("• the run ends at {limit}: {}", info.title.to_lowercase()));
+                let limit = debrief::value(metric, limit);
+                let title = metric.info().title.to_lowercase();
+                ui.label(format!("• the run ends at {limit}: {title}"));
             }
             ui.add_space(4.0);
             menu::caption(ui, "To look at");

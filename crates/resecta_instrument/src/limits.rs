@@ -73,9 +73,8 @@ pub struct InstrumentLimits {
 }
 
 impl Default for InstrumentLimits {
-    /// - insertion -10 to 120 mm at 200 mm/s: from where the lens sees the sphincter close, past a prostatic urethra of 45 mm, well
-    ///   into the bladder; 200 mm/s is the speed
-    ///   up to which collision must not tunnel;
+    /// - insertion -10 to 120 mm at 200 mm/s: from where the lens sees the sphincter's ring (ours), past a prostatic urethra of
+    ///   45 mm, well into the bladder; 200 mm/s is the speed up to which collision must not tunnel;
     /// - pitch and yaw ±35° at 90°/s: from a pivot 40 mm away the tip reaches the wall of a lumen 56 mm wide (ours);
     /// - roll ±180° at 270°/s: every hour of the clock (ours);
     /// - stroke 0 to 30 mm at 50 mm/s: the loop's stroke and the fastest cutting pull (practice);

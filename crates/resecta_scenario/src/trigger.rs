@@ -200,16 +200,6 @@ impl Trigger {
         .clamp(0.0, 1.0)
     }
 
-    /// The model that it needs beside the water itself, if any: its field in `models.water`.
-    fn needs(&self) -> Option<Option<&'static str>> {
-        match self {
-            Trigger::BladderBelow { .. } | Trigger::BladderAbove { .. } | Trigger::PressureKept { .. } => Some(None),
-            Trigger::NothingBleeds { .. } => Some(Some("bleeding")),
-            Trigger::ViewClear { .. } => Some(Some("turbidity")),
-            _ => None,
-        }
-    }
-
     /// Checks its numbers, and that the exercise models what it looks at. `field` is where it stands.
     pub(crate) fn check(&self, field: &str, exercise: &Exercise) -> Result<(), RuleError> {
         let (name, numbers) = self.parts();
@@ -224,19 +214,26 @@ impl Trigger {
             }
         }
         let water = exercise.models.water.as_ref();
-        let expected = match self.needs() {
-            None => return Ok(()),
-            Some(_) if water.is_none() => "a trigger that a dry exercise has, or `models: (water: (..))`".into(),
-            Some(Some("bleeding")) if water.is_some_and(|water| water.bleeding.is_none()) => missing("bleeding"),
-            Some(Some("turbidity")) if water.is_some_and(|water| water.turbidity.is_none()) => missing("turbidity"),
-            Some(_) => return Ok(()),
+        let expected = match self {
+            Self::BladderBelow { .. }
+            | Self::BladderAbove { .. }
+            | Self::PressureKept { .. }
+            | Self::NothingBleeds { .. }
+            | Self::ViewClear { .. }
+                if water.is_none() =>
+            {
+                "a trigger that a dry exercise has, or `models: (water: (..))`"
+            }
+            Self::NothingBleeds { .. } if water.is_some_and(|water| water.bleeding.is_none()) => {
+                "another trigger, or `models: (water: (bleeding: (..)))`"
+            }
+            Self::ViewClear { .. } if water.is_some_and(|water| water.turbidity.is_none()) => {
+                "another trigger, or `models: (water: (turbidity: (..)))`"
+            }
+            _ => return Ok(()),
         };
         Err(RuleError::new(field, name, expected))
     }
-}
-
-fn missing(model: &str) -> String {
-    format!("another trigger, or `models: (water: ({model}: (..)))`")
 }
 
 /// How much of the way down to `to` is done.

@@ -32,6 +32,8 @@ pub fn plugin(app: &mut App) {
         .add_systems(EguiPrimaryContextPass, show.in_set(MenuSystems::Show));
 }
 
+pub use score::value;
+
 /// A page of the debriefing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Page {

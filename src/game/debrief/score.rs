@@ -1,7 +1,7 @@
 //! The score line by line against its pars, views at key moments, and what to do better.
 
 use bevy_egui::egui::{self, RichText, Sense, Stroke, Ui};
-use resecta_scenario::{ActiveExercise, Medal, Metrics, PartScore, ScoreCard, ScoreLine, advice};
+use resecta_scenario::{ActiveExercise, Medal, MetricId, Metrics, PartScore, ScoreCard, ScoreLine, advice};
 
 use super::{
     super::{history::History, menu, moments::Moments, palette},
@@ -70,7 +70,7 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
                     basis.push_str(&format!("\nBronze, silver, gold: {}", pars.basis));
                 }
                 ui.label(RichText::new(line.title).size(17.0)).on_hover_text(basis);
-                ui.label(RichText::new(value(line, line.value)).size(17.0));
+                ui.label(RichText::new(value(line.metric, line.value)).size(17.0));
                 pars(ui, line);
                 bar(ui, line);
                 ui.label(
@@ -100,10 +100,11 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
     }
 }
 
-/// A value of a line's metric with its unit; shares as percentages.
-fn value(line: &ScoreLine, value: f64) -> String {
-    let is_share = line.metric.info().id.ends_with("_share");
-    match line.unit {
+/// A value of a metric with its unit; shares as percentages.
+pub fn value(metric: MetricId, value: f64) -> String {
+    let info = metric.info();
+    let is_share = info.id.ends_with("_share");
+    match info.unit {
         "1" if is_share => format!("{:.0} %", 100.0 * value),
         "1" => format!("{value:.0}"),
         "s" => format!("{value:.0} s"),
@@ -134,7 +135,7 @@ fn pars(ui: &mut Ui, line: &ScoreLine) {
                 .corner_radius(10)
                 .inner_margin(egui::Margin::symmetric(8, 2))
                 .show(ui, |ui| {
-                    let words = format!("{sign}{}", value(line, pars.of(medal)));
+                    let words = format!("{sign}{}", value(line.metric, pars.of(medal)));
                     ui.label(RichText::new(words).size(13.0).color(text))
                         .on_hover_text(medal.name());
                 });
