@@ -48,9 +48,15 @@ impl BladderShape {
         self.centre.z + self.open_z
     }
 
-    /// The point of the whole sphere that lies beyond or before a place as seen from the centre, mm.
+    /// The point of the wall before or behind a place, mm: at its height and as far to the side, so that what a case or a rule
+    /// puts near the midline stays there. The nearest height at which there is wall stands for one at which there is none.
     pub fn on_wall(&self, place: DVec3) -> DVec3 {
-        self.centre + (place - self.centre).normalize_or(DVec3::Y) * self.radius_mm
+        let offset = place - self.centre;
+        let z = offset.z.clamp(self.open_z, self.radius_mm);
+        let ring_mm = (self.radius_mm * self.radius_mm - z * z).max(0.0).sqrt();
+        let x = offset.x.clamp(-ring_mm, ring_mm);
+        let depth_mm = (ring_mm * ring_mm - x * x).max(0.0).sqrt();
+        self.centre + DVec3::new(x, depth_mm.copysign(offset.y), z)
     }
 
     /// Radius of the opening, mm.
@@ -82,5 +88,33 @@ mod tests {
             .fold(0.0, f64::max);
         assert!((shape.rim_mm() - widest.min(0.8 * shape.radius_mm)).abs() < 1e-9);
         assert!(shape.opening_z() > last.z - 1.5 && shape.opening_z() < shape.centre.z);
+    }
+    #[test]
+    fn a_place_comes_to_the_wall_before_or_behind_it() {
+        let shape = BladderShape {
+            centre: DVec3::new(1.0, 2.0, 50.0),
+            radius_mm: 33.0,
+            open_z: -20.0,
+        };
+        for place in [
+            DVec3::new(13.5, -13.0, 45.0),
+            DVec3::new(-11.5, 17.0, 60.0),
+            DVec3::new(1.0, 40.0, 31.0),
+        ] {
+            let on_wall = shape.on_wall(place);
+            assert!((on_wall.distance(shape.centre) - 33.0).abs() < 1e-9);
+            assert_eq!((on_wall.x, on_wall.z), (place.x, place.z));
+            assert_eq!(on_wall.y < 2.0, place.y < 2.0);
+        }
+        // Below the opening, beside and above the sphere.
+        for (place, x, z) in [
+            (DVec3::new(3.0, 0.0, 20.0), 3.0, 30.0),
+            (DVec3::new(90.0, 0.0, 50.0), 34.0, 50.0),
+            (DVec3::new(1.0, 2.0, 99.0), 1.0, 83.0),
+        ] {
+            let on_wall = shape.on_wall(place);
+            assert!((on_wall.distance(shape.centre) - 33.0).abs() < 1e-9);
+            assert_eq!((on_wall.x, on_wall.z), (x, z));
+        }
     }
 }
