@@ -14,8 +14,6 @@ use super::{
     palette, shapes,
 };
 
-/// How far the beak reaches in front of the tip, mm (ours; nothing collides with it, so it is short).
-pub const BEAK_MM: f32 = 2.7;
 /// How much longer than the loop's stroke its arms are, mm, so that their ends never come out of the sheath.
 const ARM_SPARE_MM: f32 = 10.0;
 
@@ -74,7 +72,10 @@ fn add_bodies(
                     }
                 };
                 part(sheath(geometry), &steel);
-                part(shapes::beak(geometry.sheath_diameter_mm * 0.46, BEAK_MM), &black);
+                part(
+                    shapes::beak(geometry.sheath_diameter_mm * 0.46, ResectoscopeGeometry::BEAK_MM),
+                    &black,
+                );
                 part(telescope(geometry), &black);
                 body.spawn((
                     SlidingLoop {

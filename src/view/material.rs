@@ -12,7 +12,7 @@ use bevy::{
     },
     shader::{ShaderRef, load_shader_library},
 };
-use resecta_anatomy::{BladderShape, Case};
+use resecta_anatomy::{BladderShape, Case, Landmark};
 
 pub fn plugin(app: &mut App) {
     load_shader_library!(app, "noise.wgsl");
@@ -156,17 +156,9 @@ impl Anatomy {
             bladder: bladder.map_or(Vec4::ZERO, |shape| {
                 shape.centre.as_vec3().extend(shape.radius_mm as f32)
             }),
-            orifices: orifices(case).map_or([Vec4::ZERO; 2], |both| both.map(|place| place.extend(1.0))),
+            orifices: [Landmark::LeftOrifice, Landmark::RightOrifice].map(|orifice| point(orifice.place(case))),
         }
     }
-}
-
-/// Where a case's ureters open through the bladder's wall, mm, the left one first. The rule that places them for a case that
-/// does not knows no wall.
-pub fn orifices(case: &Case) -> Option<[Vec3; 2]> {
-    let bladder = BladderShape::of_case(case)?;
-    let both = case.landmarks.ureteral_orifices?;
-    Some(both.map(|place| bladder.on_wall(place).as_vec3()))
 }
 
 impl Default for Look {

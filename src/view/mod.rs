@@ -48,14 +48,12 @@ use bevy::{camera::visibility::RenderLayers, prelude::*};
 pub use adapter::{NoAdapter, adapter_available};
 pub use between::DrawBetweenSteps;
 pub use cameras::{EndoscopeCamera, OutsideCamera, endoscope_camera, outside_camera};
-pub(crate) use instrument::BEAK_MM;
-pub(crate) use material::orifices;
 pub use material::{Anatomy, Cover, Look, Surface, ViewMaterial};
 pub(crate) use pictures::save_picture;
 pub use pictures::{PICTURE_SIZE, PictureError, Pictures, PicturesPlugin, finish_pictures};
 pub use round_field::Fineness;
 pub(crate) use round_field::shown_at;
-pub use surroundings::Landmark;
+pub use surroundings::LandmarkMarker;
 
 /// What only the endoscope shows.
 const ENDOSCOPE_LAYER: usize = 1;

@@ -5,14 +5,14 @@ use bevy::{
     math::DVec2,
     prelude::*,
 };
-use resecta_anatomy::{BladderShape, Case};
+use resecta_anatomy::{BladderShape, Case, Landmark};
 use resecta_instrument::Resectoscope;
 use resecta_scenario::ActiveExercise;
 
 use super::{
     ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems,
     gland::sagittal,
-    material::{Anatomy, Look, Surface, ViewMaterial, orifices},
+    material::{Anatomy, Look, Surface, ViewMaterial},
     palette, shapes,
 };
 
@@ -29,14 +29,14 @@ const JOINS_MM: f32 = 5.0;
 const URETHRA_LENGTH_MM: f32 = 45.0;
 
 pub fn plugin(app: &mut App) {
-    app.register_type::<Landmark>()
+    app.register_type::<LandmarkMarker>()
         .add_systems(Update, surround.in_set(ViewSystems::Dress));
 }
 
 /// A landmark of the exercise's case as a marker in the outside view.
 #[derive(Component, Reflect, Debug, Clone, PartialEq)]
 #[reflect(Component)]
-pub struct Landmark {
+pub struct LandmarkMarker {
     /// What it is.
     pub name: String,
     /// Colour of its marker, linear.
@@ -180,29 +180,26 @@ fn bladder(case: &Case) -> Option<(Mesh, Transform)> {
 }
 
 /// The landmarks with their markers.
-fn landmarks(case: &Case) -> Vec<(Landmark, Mesh, Vec3)> {
-    let landmark = |name: &str, colour| Landmark {
-        name: name.into(),
-        colour,
+fn landmarks(case: &Case) -> Vec<(LandmarkMarker, Mesh, Vec3)> {
+    let marker = |landmark: Landmark| {
+        let place = landmark.place(case)?.as_vec3();
+        let ball = || Mesh::from(Sphere::new(1.1));
+        let (colour, mesh) = match landmark {
+            Landmark::BladderNeck => ([0.95, 0.75, 0.10], ball()),
+            Landmark::Verumontanum => ([0.15, 0.85, 0.30], ball()),
+            Landmark::ExternalSphincter => ([0.90, 0.15, 0.55], shapes::ring(URETHRA_MM + 0.8, 0.7)),
+            Landmark::LeftOrifice | Landmark::RightOrifice => ([0.30, 0.55, 0.95], ball()),
+        };
+        let name = match landmark {
+            // From outside it is plain which is left.
+            Landmark::LeftOrifice | Landmark::RightOrifice => "ureteral orifice",
+            _ => landmark.name(),
+        };
+        let marker = LandmarkMarker {
+            name: name.into(),
+            colour: LinearRgba::from_f32_array_no_alpha(colour),
+        };
+        Some((marker, mesh, place))
     };
-    let ball = || Mesh::from(Sphere::new(1.1));
-    let marks = &case.landmarks;
-    let mut found = Vec::new();
-    if let Some(place) = marks.bladder_neck {
-        let neck = landmark("bladder neck", LinearRgba::rgb(0.95, 0.75, 0.10));
-        found.push((neck, ball(), place.as_vec3()));
-    }
-    if let Some(place) = marks.verumontanum {
-        let verumontanum = landmark("verumontanum", LinearRgba::rgb(0.15, 0.85, 0.30));
-        found.push((verumontanum, ball(), place.as_vec3()));
-    }
-    if let Some(place) = marks.external_sphincter {
-        let sphincter = landmark("external sphincter", LinearRgba::rgb(0.90, 0.15, 0.55));
-        found.push((sphincter, shapes::ring(URETHRA_MM + 0.8, 0.7), place.as_vec3()));
-    }
-    for place in orifices(case).into_iter().flatten() {
-        let orifice = landmark("ureteral orifice", LinearRgba::rgb(0.30, 0.55, 0.95));
-        found.push((orifice, ball(), place));
-    }
-    found
+    Landmark::ALL.into_iter().filter_map(marker).collect()
 }

@@ -67,6 +67,25 @@ impl ResectoscopeGeometry {
     /// The telescopes that there are, by the inclination of their view, degrees (practice).
     pub const OPTICS_DEG: [f32; 3] = [0.0, 12.0, 30.0];
 
+    /// How far the beak, the insulated lower third of the sheath's ring, reaches beyond the tip, mm. Ours: nothing collides with
+    /// it, so it is short.
+    pub const BEAK_MM: f32 = 2.7;
+
+    /// Whether the sheath or its beak hides a point from the lens; the way from the lens to it in the frame of the instrument.
+    pub(crate) fn hides(&self, way: Vec3) -> bool {
+        let (radius, lens) = (self.sheath_diameter_mm / 2.0, Vec3::Y * self.telescope_offset_mm);
+        // Where the way leaves the sheath's cylinder: |lens + t way| = radius across the axis.
+        let (across, from) = (way.truncate(), lens.truncate());
+        let (a, b, c) = (
+            across.length_squared(),
+            across.dot(from),
+            from.length_squared() - radius * radius,
+        );
+        let leaves = lens + way * ((b * b - a * c).sqrt() - b) / a;
+        let is_low = leaves.y < -0.5 * radius;
+        leaves.is_finite() && (leaves.z > 0.0 || is_low && leaves.z > -Self::BEAK_MM)
+    }
+
     /// The sheath as a capsule: its middle line from the outer end to one radius behind the tip, so that the round cap
     /// ends at the tip.
     pub fn sheath_segment(&self) -> [Vec3; 2] {
@@ -99,5 +118,21 @@ impl ResectoscopeGeometry {
             let top = Vec3::X * side * self.loop_width_mm;
             [top, top + loop_centre]
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sheath_and_its_beak_hide_what_is_under_them() {
+        let hides = |way: [f32; 3]| ResectoscopeGeometry::default().hides(way.into());
+        // Straight ahead, over the beak's end, and above.
+        assert!(!hides([0.0, 0.0, -20.0]) && !hides([0.0, -6.0, -6.0]) && !hides([0.0, 6.0, -2.0]));
+        // Under the beak, and behind the tip.
+        assert!(hides([0.0, -8.0, -2.0]) && hides([8.0, 0.0, 2.0]));
+        // The beak is below alone.
+        assert!(!hides([8.0, 0.0, -2.0]));
     }
 }

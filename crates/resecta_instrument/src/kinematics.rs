@@ -140,4 +140,36 @@ impl Resectoscope {
         );
         self.sheath_pose(state) * lens
     }
+    /// Whether a place lies within the round field of view and neither sheath nor beak hides it. What else may be between is for
+    /// others to say.
+    pub fn has_in_field(&self, state: &InstrumentState, place: Vec3) -> bool {
+        let lens = self.lens_pose(state);
+        let way = place - Vec3::from(lens.translation);
+        let half = (0.5 * self.geometry.field_of_view_deg).to_radians();
+        let ahead = lens.rotation * Vec3::NEG_Z;
+        ahead.dot(way.normalize_or_zero()) > half.cos()
+            && !self.geometry.hides(self.sheath_pose(state).rotation.inverse() * way)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_field_is_a_cone_about_the_view() {
+        let scope = Resectoscope::new(Vec3::ZERO, Vec3::Z, Vec3::NEG_Y).expect("a direction and another across it");
+        let state = InstrumentState {
+            insertion_mm: 20.0,
+            ..default()
+        };
+        let lens = scope.lens_pose(&state);
+        let at = |deg: f32, far: f32| {
+            let (sin, cos) = deg.to_radians().sin_cos();
+            scope.has_in_field(&state, lens * (far * Vec3::new(sin, 0.0, -cos)))
+        };
+        assert!(at(0.0, 10.0) && at(37.0, 10.0) && at(37.0, 44.0));
+        assert!(!at(38.0, 10.0) && !at(180.0, 10.0) && !at(0.0, 0.0));
+        assert!(!scope.has_in_field(&state, Vec3::NAN));
+    }
 }

@@ -17,6 +17,7 @@ use crate::{
     metrics::{ChipMasses, Metrics, StepObservation, WaterStep},
     run_log::RunLog,
     score::ScoreCard,
+    sight,
     state::{CapsulePerforated, EndReason, RunState},
     steps::StepProgress,
     trace::{Trace, TraceRow},
@@ -113,7 +114,13 @@ impl Plugin for ScenarioPlugin {
                     water::follow_taps
                         .in_set(FluidSystems::First)
                         .run_if(resource_exists::<Irrigation>.and_then(resource_exists::<ActiveExercise>)),
-                    (observe, observe_water, observe_vessels, observe_chips)
+                    (
+                        observe,
+                        observe_water,
+                        observe_vessels,
+                        observe_chips,
+                        sight::observe_landmark,
+                    )
                         .chain()
                         .in_set(Observe),
                     clearance::measure.in_set(Observe).run_if(clearance::any_clearance),

@@ -92,6 +92,18 @@ impl LoadedExercise {
             return Err(broken(RuleError::new("marked", "empty on this gland", expected)));
         }
 
+        for (index, step) in self.exercise.steps.iter().enumerate() {
+            let lacked = (step.until.landmark()).filter(|landmark| landmark.place(&self.case).is_none());
+            if let Some(landmark) = lacked {
+                let field = format!("steps[{index}].until.{}.landmark", step.until.parts().0);
+                return Err(broken(RuleError::new(
+                    field,
+                    landmark.name(),
+                    "a landmark that the case has",
+                )));
+            }
+        }
+
         let material_name = self
             .exercise
             .material

@@ -81,7 +81,8 @@ pub(crate) fn check(exercise: &Exercise) -> Result<(), RuleError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use resecta_anatomy::Zone;
+    use crate::sight::LandmarkObservation;
+    use resecta_anatomy::{Landmark, Zone};
     use resecta_instrument::InstrumentState;
 
     fn step(until: Trigger) -> Step {
@@ -215,7 +216,27 @@ mod tests {
             observed
         };
         let (good, bad) = (so(9.0, 0, 0.9), so(11.0, 1, 0.7));
+        let (good, bad) = (
+            StepObservation {
+                landmark: Some(LandmarkObservation {
+                    tip_mm: 20.0,
+                    is_seen: true,
+                }),
+                ..good
+            },
+            StepObservation {
+                landmark: Some(LandmarkObservation {
+                    tip_mm: 20.0,
+                    is_seen: false,
+                }),
+                ..bad
+            },
+        );
         for trigger in [
+            Trigger::LookedAt {
+                landmark: Landmark::Verumontanum,
+                s: 0.25,
+            },
             Trigger::PressureKept { cmh2o: 10.0, s: 0.25 },
             Trigger::NothingBleeds { s: 0.25 },
             Trigger::ViewClear { share: 0.8, s: 0.25 },
@@ -231,6 +252,24 @@ mod tests {
         let waited = [step(Trigger::Waited { s: 0.25 })];
         assert!(run(&waited, vec![bad.clone(); 3]).done_at_s.is_empty());
         assert_eq!(run(&waited, vec![bad; 4]).done_at_s.len(), 1);
+    }
+
+    #[test]
+    fn a_landmark_is_reached_by_the_tip() {
+        let steps = [step(Trigger::Reached {
+            landmark: Landmark::BladderNeck,
+            mm: 8.0,
+        })];
+        let at = |tip_mm| {
+            let mut observed = with(InstrumentState::default());
+            observed.landmark = Some(LandmarkObservation { tip_mm, is_seen: false });
+            observed
+        };
+        let progress = run(&steps, [at(40.0), at(16.0)]);
+        assert!(progress.done_at_s.is_empty() && (progress.share - 0.5).abs() < 1e-9);
+        assert_eq!(run(&steps, [at(40.0), at(16.0), at(7.9)]).done_at_s.len(), 1);
+        // A case without it, which no completed one is.
+        assert_eq!(run(&steps, [with(InstrumentState::default())]).share, 0.0);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! Most triggers count from the moment their step began. Those with a time hold only while what they ask for is so, without a break.
 
-use resecta_anatomy::Zone;
+use resecta_anatomy::{Landmark, Zone};
 use resecta_instrument::{InstrumentAction, InstrumentState};
 use serde::{Deserialize, Serialize};
 
@@ -10,6 +10,7 @@ use crate::{
     errors::RuleError,
     exercise::Exercise,
     metrics::{Metrics, StepObservation},
+    sight::LandmarkObservation,
 };
 
 /// Something that the player does, or that comes of it. All numbers are above 0.
@@ -25,6 +26,20 @@ pub enum Trigger {
     Withdrawn {
         /// mm.
         mm: f64,
+    },
+    /// The middle of the sheath's tip is this near to a landmark, mm.
+    Reached {
+        /// `Verumontanum`, `BladderNeck`, `ExternalSphincter`, `LeftOrifice` or `RightOrifice`.
+        landmark: Landmark,
+        /// mm.
+        mm: f64,
+    },
+    /// The lens has seen a landmark for so long: in the round field, within 45 mm, hidden by neither tissue nor murk.
+    LookedAt {
+        /// As of `Reached`.
+        landmark: Landmark,
+        /// s.
+        s: f64,
     },
     /// The tip has turned up, down or sideways this far from where it pointed when the step began, degrees.
     Tilted {
@@ -120,6 +135,8 @@ impl Trigger {
         match *self {
             Trigger::Advanced { mm } => ("Advanced", vec![("mm", mm)]),
             Trigger::Withdrawn { mm } => ("Withdrawn", vec![("mm", mm)]),
+            Trigger::Reached { mm, .. } => ("Reached", vec![("mm", mm)]),
+            Trigger::LookedAt { s, .. } => ("LookedAt", vec![("s", s)]),
             Trigger::Tilted { deg } => ("Tilted", vec![("deg", deg)]),
             Trigger::TipRaised { deg } => ("TipRaised", vec![("deg", deg)]),
             Trigger::Rolled { deg } => ("Rolled", vec![("deg", deg)]),
@@ -139,12 +156,28 @@ impl Trigger {
         }
     }
 
+    /// The landmark that it is about; none for most.
+    pub fn landmark(&self) -> Option<Landmark> {
+        match *self {
+            Trigger::Reached { landmark, .. } | Trigger::LookedAt { landmark, .. } => Some(landmark),
+            _ => None,
+        }
+    }
+
     /// What the player does it with.
     pub fn actions(&self) -> &'static [InstrumentAction] {
         use InstrumentAction as Action;
         match self {
             Trigger::Advanced { .. } => &[Action::Advance],
             Trigger::Withdrawn { .. } => &[Action::Withdraw],
+            Trigger::Reached { .. } => &[Action::Advance, Action::Withdraw],
+            Trigger::LookedAt { .. } => &[
+                Action::Advance,
+                Action::TipUp,
+                Action::TipDown,
+                Action::RollLeft,
+                Action::RollRight,
+            ],
             Trigger::Tilted { .. } => &[Action::TipUp, Action::TipDown, Action::TipLeft, Action::TipRight],
             Trigger::TipRaised { .. } => &[Action::TipUp],
             Trigger::Rolled { .. } | Trigger::Upright { .. } => &[Action::RollLeft, Action::RollRight],
@@ -167,6 +200,7 @@ impl Trigger {
     /// Whether what it asks for is so now; for triggers that want it for a time.
     pub(crate) fn holds(&self, now: &Moment) -> bool {
         match *self {
+            Trigger::LookedAt { .. } => now.landmark.is_some_and(|landmark| landmark.is_seen),
             Trigger::NothingBleeds { .. } => now.bleeders == 0,
             Trigger::PressureKept { cmh2o, .. } => now.pressure_cmh2o <= cmh2o,
             Trigger::ViewClear { share, .. } => now.visibility >= share,
@@ -181,6 +215,8 @@ impl Trigger {
         match *self {
             Trigger::Advanced { mm } => apart(is.insertion_mm, was.insertion_mm) / mm,
             Trigger::Withdrawn { mm } => apart(was.insertion_mm, is.insertion_mm) / mm,
+            // From wherever the step began: how far that was from the landmark is not known then.
+            Trigger::Reached { mm, .. } => now.landmark.map_or(0.0, |landmark| mm / landmark.tip_mm),
             Trigger::Tilted { deg } => apart(is.pitch_deg, was.pitch_deg).hypot(apart(is.yaw_deg, was.yaw_deg)) / deg,
             Trigger::TipRaised { deg } => apart(is.pitch_deg, was.pitch_deg) / deg,
             Trigger::Rolled { deg } => apart(is.roll_deg, was.roll_deg).abs() / deg,
@@ -191,7 +227,10 @@ impl Trigger {
             Trigger::Coagulated { s } => (now.coagulated_s - from.coagulated_s) / s,
             Trigger::MarkedRemoved { share } => now.marked_share / share,
             Trigger::ZoneRemoved { zone, share } => now.zone_shares[zone.index()] / share,
-            Trigger::NothingBleeds { s } | Trigger::PressureKept { s, .. } | Trigger::ViewClear { s, .. } => held_s / s,
+            Trigger::LookedAt { s, .. }
+            | Trigger::NothingBleeds { s }
+            | Trigger::PressureKept { s, .. }
+            | Trigger::ViewClear { s, .. } => held_s / s,
             Trigger::Waited { s } => (now.time_s - from.time_s) / s,
             Trigger::BladderBelow { ml } => downwards(from.bladder_ml, now.bladder_ml, ml),
             // As far up as below it is down.
@@ -262,6 +301,7 @@ pub(crate) struct Moment {
     pressure_cmh2o: f64,
     visibility: f64,
     bleeders: usize,
+    landmark: Option<LandmarkObservation>,
 }
 
 impl Moment {
@@ -275,6 +315,7 @@ impl Moment {
             pressure_cmh2o: step.water.pressure_cmh2o,
             visibility: step.water.visibility,
             bleeders: step.water.bleeders,
+            landmark: step.landmark,
             coagulated_s: metrics.current.coagulation_in_contact_s,
             bladder_ml: step.water.bladder_ml,
         }

@@ -38,6 +38,7 @@
 //! | how loops cut, and how finely | `cut.rs`, `fine.rs` |
 //! | the surface that is touched and drawn, and what cuts changed of it | `skin.rs`, `change_log.rs` |
 //! | how far a point is from the surface | `probe.rs` |
+//! | where a ray meets the surface | `rays.rs`, `collide/winding.rs` |
 //! | how far a line is from the capsule | `capsule.rs` |
 //! | the visible mesh | `surface_mesh.rs`, `numbering.rs`; between two steps: `between_steps.rs` |
 //!
@@ -58,6 +59,7 @@ mod messages;
 mod numbering;
 mod plugin;
 mod probe;
+mod rays;
 mod settings;
 mod skin;
 mod surface_mesh;
@@ -73,6 +75,7 @@ pub use messages::{
 };
 pub use plugin::{TissuePlugin, TissueSystems};
 pub use probe::TissueProbe;
+pub use rays::TissueRays;
 pub use resecta_field::{Chip, Field, FieldError, Plane, SurfaceKind};
 pub use settings::{CutDetail, CuttingRule, TissueSettings};
 pub use surface_mesh::{TissueColours, TissueTint};
@@ -82,7 +85,7 @@ pub use tool::{LoopCutter, TissueTool, ToolPart, ToolPartKind, ToolPlacement};
 pub mod prelude {
     pub use crate::{
         CutDetail, CuttingRule, LoopCutter, Pentahedron, Spring, Tissue, TissueChip, TissueContact, TissueDiagnostics,
-        TissueNode, TissuePlugin, TissueProbe, TissuePutAside, TissueResected, TissueSettings, TissueSystems,
-        TissueTint, TissueTool, ToolPart, ToolPartKind,
+        TissueNode, TissuePlugin, TissueProbe, TissuePutAside, TissueRays, TissueResected, TissueSettings,
+        TissueSystems, TissueTint, TissueTool, ToolPart, ToolPartKind,
     };
 }

@@ -6,7 +6,7 @@ use resecta_solver::NodeKind;
 use resecta_tissue::{TissueContact, TissueResected, ToolPartKind};
 
 use super::{ChipMasses, WaterStep};
-use crate::region::MarkedRegion;
+use crate::{region::MarkedRegion, sight::LandmarkObservation};
 
 /// One fixed step of a run, rewritten every step.
 #[derive(Resource, Debug, Clone, PartialEq, Default)]
@@ -37,6 +37,8 @@ pub struct StepObservation {
     pub marked_removed_mm3: f64,
     /// Area of capsule removed, mm².
     pub capsule_cut_mm2: f64,
+    /// The landmark that the present step is about; none in a step about none.
+    pub landmark: Option<LandmarkObservation>,
     /// Blood and water.
     pub water: WaterStep,
     /// Where the cut tissue is, where it floats.

@@ -93,7 +93,7 @@ impl Face {
 
 impl Collider {
     /// Brings the hierarchy up to date with the tissue; costs nothing where all of it sleeps.
-    pub fn update(&mut self, skin: &Skin) {
+    pub(crate) fn update(&mut self, skin: &Skin) {
         let was_cut = self.topology != Some(skin.version());
         if !was_cut && self.motion == Some(skin.motion_version()) {
             return;
@@ -129,7 +129,7 @@ impl Collider {
     }
 
     /// Whether nothing was cut since the last update.
-    pub fn is_current(&self, skin: &Skin) -> bool {
+    pub(crate) fn is_current(&self, skin: &Skin) -> bool {
         self.topology == Some(skin.version())
     }
 
@@ -168,7 +168,7 @@ impl Collider {
 
     /// Finds what may lie within `range` of an axis. In patches whose faces are so small (by their longest edge, mm) that
     /// their corners stand for them, only the faces within `crossed` of the axis.
-    pub fn near_axis(
+    pub(crate) fn near_axis(
         &self,
         skin: &Skin,
         axis: &Axis,
@@ -232,7 +232,7 @@ impl Collider {
     ///
     /// Where several faces share the nearest point (an edge, a corner), the one that faces the point most squarely says
     /// which side it is on.
-    pub fn nearest_face(&self, skin: &Skin, point: Vec3, known: Option<&Face>) -> Option<Nearest> {
+    pub(crate) fn nearest_face(&self, skin: &Skin, point: Vec3, known: Option<&Face>) -> Option<Nearest> {
         let away = |face: &Face| point_triangle(point, face.corners);
         let mut nearest = known.map_or(DEPTH_LIMIT_MM, |face| away(face).distance().min(DEPTH_LIMIT_MM));
         // Those that were as near as any when they were looked at.
@@ -347,7 +347,7 @@ fn bounds([a, b, c]: &[Vec3; 3]) -> Aabb {
 mod tests {
     use super::*;
     use crate::{
-        collide::{contacts::Search, sweep::PartSweep},
+        collide::{contacts::Search, sweep::PartSweep, winding::Ray},
         components::Tissue,
         fine::Fine,
         tool::ToolPartKind,
@@ -444,6 +444,13 @@ mod tests {
         distances.fold(f32::INFINITY, f32::min)
     }
 
+    /// Where a ray first meets any face, by a look at each.
+    fn first_of_all(skin: &Skin, ray: &Ray) -> Option<f32> {
+        let triangles = (0..skin.slot_count() as u32).filter_map(|slot| skin.triangle(slot));
+        let hits = triangles.filter_map(|triangle| ray.crossing(triangle.map(|vertex| skin.place(vertex))));
+        hits.map(|(share, _)| share).min_by(f32::total_cmp)
+    }
+
     fn place() -> impl Strategy<Value = Vec3> {
         let axis = || -2.0..(CUBES as f64 * EDGE_MM) as f32 + 2.0;
         (axis(), axis(), axis()).prop_map(Vec3::from)
@@ -492,6 +499,10 @@ mod tests {
                     let Tissue { solver, fine, .. } = &mut tissue;
                     prop_assert_eq!(kept.holds(solver, fine.as_mut(), point), around > 0.5, "{} around", around);
                 }
+                let Tissue { solver, fine, .. } = &mut tissue;
+                let hit = kept.first_hit(solver, fine.as_mut(), a, b - a);
+                let of_all = first_of_all(&Skin::of(&tissue), &Ray { from: a, direction: b - a });
+                prop_assert_eq!(hit, of_all);
                 let skin = Skin::of(&tissue);
                 let mut anew = Collider::default();
                 anew.update(&skin);

@@ -57,7 +57,7 @@ pub struct ChunkPart {
 
 impl ChunkPart {
     /// The vertices and their numbers in the chunk.
-    pub fn vertices<'a>(&self, skin: &'a Skin) -> impl Iterator<Item = (usize, u32)> + 'a {
+    pub(crate) fn vertices<'a>(&self, skin: &'a Skin) -> impl Iterator<Item = (usize, u32)> + 'a {
         let part = *self;
         let numbers = (0..CHUNK).filter(move |number| part.uses(*number));
         numbers.map(move |number| (number, skin.vertex_of(part.chunk, number)))

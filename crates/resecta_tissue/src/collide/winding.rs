@@ -1,6 +1,8 @@
 //! Whether a point lies in tissue, however the tissue is folded: by how often a ray from it leaves the surface more often than
 //! it enters.
 //!
+//! Also where a ray first meets the surface: what one sees, and what hides it.
+//!
 //! The surface is closed and oriented, so that number is the same for every ray: 1 in tissue, 0 outside, 2 where tissue
 //! overlaps itself. The nearest face tells less: in a fold it may be turned inside out.
 
@@ -20,14 +22,14 @@ const DIRECTIONS: [Vec3; 3] = [
     Vec3::new(0.1637, -0.8831, 0.4397),
 ];
 
-struct Ray {
-    from: Vec3,
-    direction: Vec3,
+pub(super) struct Ray {
+    pub from: Vec3,
+    pub direction: Vec3,
 }
 
 impl Collider {
     /// Whether a point lies in tissue. Brings what vertices it needs to where the tissue is.
-    pub fn holds(&self, solver: &resecta_solver::Tissue, fine: Option<&mut Fine>, point: Vec3) -> bool {
+    pub(crate) fn holds(&self, solver: &resecta_solver::Tissue, fine: Option<&mut Fine>, point: Vec3) -> bool {
         // A gland is long and cut all over once most of it is out, and most of what asks then floats beyond it.
         let is_within = |(low, high): (Vec3, Vec3)| point.cmpge(low).all() && point.cmple(high).all();
         if !self.bounds().is_some_and(is_within) {
@@ -36,15 +38,10 @@ impl Collider {
         let mut fine = fine;
         let mut tells_inside = |direction: Vec3| {
             let ray = Ray { from: point, direction };
-            let runs: Vec<&Run> = self.runs_along(&ray).collect();
-            if let Some(fine) = &mut fine {
-                let chunks = runs.iter().flat_map(|run| &run.chunks);
-                fine.bring(solver, chunks.map(|part| part.chunk));
-            }
-            let skin = Skin::new(solver, fine.as_deref());
-            let faces = runs.into_iter().flat_map(|run| faces(run, &skin));
             // How often the ray leaves the surface more often than it enters.
-            faces.map(|face| ray.crossing(face.corners)).sum::<i32>() > 0
+            let mut leaves = 0;
+            self.crossings(solver, fine.as_deref_mut(), &ray, |_, outward| leaves += outward);
+            leaves > 0
         };
         let [one, another, third] = DIRECTIONS;
         let told = tells_inside(one);
@@ -52,6 +49,44 @@ impl Collider {
             told
         } else {
             tells_inside(third)
+        }
+    }
+
+    /// How far from a point, in a direction of any length and in units of it, a ray first meets the surface; none if it does not.
+    /// Brings what vertices it needs to where the tissue is.
+    pub(crate) fn first_hit(
+        &self,
+        solver: &resecta_solver::Tissue,
+        fine: Option<&mut Fine>,
+        from: Vec3,
+        direction: Vec3,
+    ) -> Option<f32> {
+        let ray = Ray { from, direction };
+        let mut first = None;
+        self.crossings(solver, fine, &ray, |share, _| {
+            first = Some(first.map_or(share, |first: f32| first.min(share)));
+        });
+        first
+    }
+
+    /// Calls back for each triangle that a ray meets: how far on, as a share of the direction, and 1 where it leaves the tissue
+    /// there, -1 where it enters.
+    fn crossings(
+        &self,
+        solver: &resecta_solver::Tissue,
+        mut fine: Option<&mut Fine>,
+        ray: &Ray,
+        mut met: impl FnMut(f32, i32),
+    ) {
+        let runs: Vec<&Run> = self.runs_along(ray).collect();
+        if let Some(fine) = &mut fine {
+            let chunks = runs.iter().flat_map(|run| &run.chunks);
+            fine.bring(solver, chunks.map(|part| part.chunk));
+        }
+        let skin = Skin::new(solver, fine.as_deref());
+        let faces = runs.into_iter().flat_map(|run| faces(run, &skin));
+        for (share, outward) in faces.filter_map(|face| ray.crossing(face.corners)) {
+            met(share, outward);
         }
     }
 
@@ -70,25 +105,22 @@ impl Ray {
         enters <= leaves && leaves >= 0.0
     }
 
-    /// 1 where the ray leaves through a triangle that is outward by the right-hand rule, -1 where it enters, else 0 (Möller and
-    /// Trumbore's test).
-    fn crossing(&self, [a, b, c]: [Vec3; 3]) -> i32 {
+    /// Where the ray meets a triangle that is outward by the right-hand rule, as a share of its direction, and 1 where it leaves
+    /// through it, -1 where it enters (Möller and Trumbore's test).
+    pub fn crossing(&self, [a, b, c]: [Vec3; 3]) -> Option<(f32, i32)> {
         let (along, across) = (b - a, c - a);
         let normal = self.direction.cross(across);
         let volume = along.dot(normal);
         if volume == 0.0 {
-            return 0;
+            return None;
         }
         let to_ray = self.from - a;
         let u = to_ray.dot(normal) / volume;
         let turned = to_ray.cross(along);
         let v = self.direction.dot(turned) / volume;
         let t = across.dot(turned) / volume;
-        match u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0 {
-            // The triple product of the edges and the ray is less than 0 where the ray goes with the normal.
-            true if volume < 0.0 => 1,
-            true => -1,
-            false => 0,
-        }
+        // The triple product of the edges and the ray is less than 0 where the ray goes with the normal.
+        let outward = if volume < 0.0 { 1 } else { -1 };
+        (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some((t, outward))
     }
 }
