@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use bevy::prelude::*;
 use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
-    egui::{self, Align2, Color32, FontId, RichText, Ui},
+    egui::{self, Align2, Color32, FontId, Rect, RichText, Ui},
 };
 use resecta_instrument::{InstrumentBindings, InstrumentState};
 use resecta_scenario::{ActiveExercise, MetricId, Metrics, ScoreCard};
@@ -17,10 +17,12 @@ use super::{
     palette,
     panel::{PANEL_WIDTH, clock},
 };
-use crate::view::{EndoscopeCamera, Landmark, OutsideCamera};
+use crate::view::{EndoscopeCamera, LandmarkMarker, OutsideCamera};
 
 /// How long a warning stays, s.
 const WARNING_S: f32 = 1.6;
+/// Height of landmarks' names in the outside view, points.
+const LABEL_SIZE: f32 = 12.0;
 
 pub fn plugin(app: &mut App) {
     app.init_resource::<Warnings>()
@@ -59,7 +61,7 @@ fn over_views(
     instruments: Query<&InstrumentState>,
     endoscopes: Query<&Camera, (With<EndoscopeCamera>, Without<OutsideCamera>)>,
     outsides: Query<(&Camera, &GlobalTransform), With<OutsideCamera>>,
-    landmarks: Query<(&Landmark, &GlobalTransform)>,
+    landmarks: Query<(&LandmarkMarker, &GlobalTransform)>,
 ) -> Result {
     // The briefing covers most of the views: names would stand half behind it.
     let is_free = flow.phase.shows_exercise() && flow.phase != Phase::Briefing;
@@ -74,14 +76,20 @@ fn over_views(
         let Some(area) = camera.logical_viewport_rect() else {
             continue;
         };
-        for (landmark, place) in &landmarks {
-            let Ok(at) = camera.world_to_viewport(eye, place.translation()) else {
-                continue;
-            };
-            if !area.contains(at) {
-                continue;
-            }
+        let mut seen: Vec<_> = (landmarks.iter())
+            .filter_map(|(landmark, place)| {
+                let at = camera.world_to_viewport(eye, place.translation()).ok()?;
+                area.contains(at).then_some((landmark, at))
+            })
+            .collect();
+        // From the top: of two that would stand on each other the lower one gives way.
+        seen.sort_by(|(_, a), (_, b)| a.y.total_cmp(&b.y));
+        let mut placed = Vec::new();
+        for (landmark, at) in seen {
             let [red, green, blue, _] = Color::from(landmark.colour).to_srgba().to_u8_array();
+            let font = FontId::proportional(LABEL_SIZE);
+            let colour = Color32::from_rgb(red, green, blue);
+            let size = painter.layout_no_wrap(landmark.name.clone(), font, colour).size();
             // Kept inside the view at its right edge.
             let is_left = at.x < area.max.x - 110.0 / point;
             let (anchor, shift) = if is_left {
@@ -89,14 +97,10 @@ fn over_views(
             } else {
                 (Align2::RIGHT_CENTER, -9.0)
             };
-            shadowed(
-                &painter,
-                egui::pos2(at.x * point + shift, at.y * point),
-                anchor,
-                &landmark.name,
-                12.0,
-                Color32::from_rgb(red, green, blue),
-            );
+            let wanted = anchor.anchor_size(egui::pos2(at.x * point + shift, at.y * point), size);
+            let rect = below_all(&placed, wanted);
+            placed.push(rect);
+            shadowed(&painter, rect.min, Align2::LEFT_TOP, &landmark.name, LABEL_SIZE, colour);
         }
     }
     let state = instruments.get(active.instrument).ok();
@@ -136,6 +140,17 @@ fn over_views(
         }
     }
     Ok(())
+}
+
+/// A rectangle, as far down as it has to go to stand on none of those that are placed, by rising upper edge.
+fn below_all(placed: &[Rect], wanted: Rect) -> Rect {
+    placed.iter().fold(wanted, |rect, other| {
+        // Those that only share an edge do not touch.
+        match rect.shrink(0.5).intersects(*other) {
+            true => rect.translate(egui::vec2(0.0, other.bottom() - rect.top())),
+            false => rect,
+        }
+    })
 }
 
 /// Words that can be read on any picture.
@@ -367,5 +382,20 @@ mod tests {
                 assert!(its.contains(&input.to_string()), "{input} of {row:?}");
             }
         }
+    }
+
+    #[test]
+    fn names_that_would_stand_on_each_other_stand_below_each_other() {
+        let size = egui::vec2(80.0, 14.0);
+        let mut placed: Vec<Rect> = Vec::new();
+        for (x, y) in [(0.0, 0.0), (300.0, 2.0), (20.0, 3.0), (10.0, 12.0), (0.0, 90.0)] {
+            let wanted = Rect::from_min_size(egui::pos2(x, y), size);
+            let rect = below_all(&placed, wanted);
+            assert!(placed.iter().all(|other| !rect.shrink(0.5).intersects(*other)));
+            assert_eq!(rect.left(), x);
+            placed.push(rect);
+        }
+        // Only those in the way of others have gone down.
+        assert_eq!([placed[0].top(), placed[1].top(), placed[4].top()], [0.0, 2.0, 90.0]);
     }
 }
