@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use bevy::math::{DVec2, DVec3};
 use resecta_anatomy::{Case, Slice};
+use resecta_scenario::Marked;
 
 /// How a player operates. Lengths mm, times s.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,6 +19,8 @@ pub struct Manner {
     pub inside_capsule_mm: f64,
     /// How far above the verumontanum they end; negative is below.
     pub above_verumontanum_mm: f64,
+    /// Whether strokes keep to the heights and the depth that the exercise marks.
+    pub keeps_to_marks: bool,
     /// How many sectors of the gland are operated, of four: the front comes last.
     pub sectors: usize,
     /// How often all of it is gone through: what is finished is cut again in every round but the first.
@@ -42,6 +45,7 @@ impl Manner {
             inside_adenoma_mm: -1.5,
             inside_capsule_mm: 2.0,
             above_verumontanum_mm: 2.0,
+            keeps_to_marks: true,
             sectors: 4,
             rounds: 1,
             pull_mm_per_s: 30.0,
@@ -59,6 +63,7 @@ impl Manner {
             inside_adenoma_mm: -2.0,
             inside_capsule_mm: -1.0,
             above_verumontanum_mm: -5.0,
+            keeps_to_marks: false,
             sectors: 3,
             rounds: 2,
             pull_mm_per_s: 30.0,
@@ -157,8 +162,8 @@ fn radius(contour: &[DVec2], from: DVec2, ray: DVec2) -> f64 {
     contour.iter().zip(next).filter_map(crossing).fold(0.0, f64::max)
 }
 
-/// All strokes of an operation, in order; sector after sector, the number of each beside its strokes.
-pub(super) fn strokes(case: &Case, manner: &Manner) -> Vec<(usize, Stroke)> {
+/// All strokes of an operation on what an exercise marks, in order; sector after sector, the number of each beside its strokes.
+pub(super) fn strokes(case: &Case, marked: &Marked, manner: &Manner) -> Vec<(usize, Stroke)> {
     let Some(verumontanum) = case.landmarks.verumontanum.filter(|_| case.slices.len() > 1) else {
         return Vec::new();
     };
@@ -172,7 +177,14 @@ pub(super) fn strokes(case: &Case, manner: &Manner) -> Vec<(usize, Stroke)> {
             let mut any = false;
             let mut hour = begin;
             while (hour - begin).abs() <= (end - begin).abs() + 1e-9 {
-                let (ways, widest_mm) = ways(&outlines, manner, hour % 12.0, depth_mm, [bottom_z, top_z]);
+                let is_marked = marked.clock.is_none_or(|clock| clock.contains(hour % 12.0));
+                let (ways, widest_mm) = match is_marked {
+                    true => ways(&outlines, marked, manner, hour % 12.0, depth_mm, [bottom_z, top_z]),
+                    false => (
+                        Vec::new(),
+                        outlines.radii(0.5 * (bottom_z + top_z), hour % 12.0)[0] + depth_mm,
+                    ),
+                };
                 any |= !ways.is_empty();
                 strokes.extend(ways.into_iter().map(|way| (sector, Stroke { hour: hour % 12.0, way })));
                 let apart = manner.beside_mm / widest_mm.max(manner.beside_mm) * 12.0 / TAU;
@@ -189,6 +201,7 @@ pub(super) fn strokes(case: &Case, manner: &Manner) -> Vec<(usize, Stroke)> {
 /// The ways of a layer towards an hour, none longer than a stroke, and the largest radius among them.
 fn ways(
     outlines: &Outlines,
+    marked: &Marked,
     manner: &Manner,
     hour: f64,
     depth_mm: f64,
@@ -200,6 +213,14 @@ fn ways(
     while z >= bottom {
         let [urethra, adenoma, capsule] = outlines.radii(z, hour);
         let most = (adenoma - manner.inside_adenoma_mm).min(capsule - manner.inside_capsule_mm);
+        // No deeper than what is marked, and nowhere above or below it.
+        let is_marked = (marked.height).is_none_or(|height| height.contains(z, &outlines.case.landmarks));
+        let deepest = marked.depth_mm.map_or(f64::INFINITY, |depth| urethra + depth.to);
+        let most = match manner.keeps_to_marks {
+            true if is_marked => most.min(deepest),
+            true => 0.0,
+            false => most,
+        };
         let before = urethra + depth_mm - manner.layer_mm;
         let there = (urethra + depth_mm).min(most);
         let way = ways.last_mut().expect("never empty");
@@ -224,16 +245,28 @@ fn ways(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use resecta_anatomy::Zone;
+    use resecta_scenario::{ClockRange, HeightRange, Range};
 
     fn medium() -> Case {
         let file = crate::assets::find().unwrap().join("cases/medium.case.ron");
         Case::load(&file).unwrap()
     }
 
+    fn adenoma() -> Marked {
+        Marked {
+            zones: vec![Zone::LateralLobe, Zone::MiddleLobe],
+            clock: None,
+            height: None,
+            depth_mm: None,
+            dyed: false,
+        }
+    }
+
     /// The least height of all ways, and the least distance by which they stay inside the capsule.
     fn nearest(case: &Case, manner: &Manner) -> (f64, f64) {
         let outlines = Outlines::new(case);
-        let plan = strokes(case, manner);
+        let plan = strokes(case, &adenoma(), manner);
         assert!(plan.len() > 20, "{} strokes", plan.len());
         let mut nearest = (f64::INFINITY, f64::INFINITY);
         for (_, stroke) in &plan {
@@ -260,8 +293,34 @@ mod tests {
     }
 
     #[test]
+    fn only_what_is_marked_is_cut() {
+        let case = medium();
+        let marked = Marked {
+            clock: Some(ClockRange { from: 1.0, to: 4.0 }),
+            height: Some(HeightRange::AboveVerumontanum {
+                from_mm: 5.0,
+                to_mm: 30.0,
+            }),
+            depth_mm: Some(Range { from: 0.0, to: 9.0 }),
+            ..adenoma()
+        };
+        let plan = strokes(&case, &marked, &Manner::careful());
+        assert!(plan.len() > 4, "{} strokes", plan.len());
+        let outlines = Outlines::new(&case);
+        let verumontanum_z = case.landmarks.verumontanum.unwrap().z;
+        for (_, stroke) in &plan {
+            assert!((1.0..4.0).contains(&stroke.hour));
+            for place in &stroke.way {
+                assert!((5.0..30.0).contains(&(place.z - verumontanum_z)));
+                let [urethra, ..] = outlines.radii(place.z, stroke.hour);
+                assert!(place.truncate().distance(outlines.centre(place.z)) <= urethra + 9.0 + 1e-9);
+            }
+        }
+    }
+
+    #[test]
     fn the_middle_lobe_comes_first_and_the_front_last() {
-        let plan = strokes(&medium(), &Manner::careful());
+        let plan = strokes(&medium(), &adenoma(), &Manner::careful());
         assert_eq!(plan[0].1.hour, 5.0);
         assert!(plan.windows(2).all(|pair| pair[0].0 <= pair[1].0));
         let last = &plan.last().unwrap().1;

@@ -3,7 +3,7 @@
 use bevy::{math::DVec3, prelude::*};
 use resecta_anatomy::Case;
 use resecta_instrument::{InstrumentPlayback, InstrumentRequest, InstrumentState, Resectoscope};
-use resecta_scenario::RunState;
+use resecta_scenario::{Marked, RunState};
 
 use super::{
     hand::{approach, hold, is_at},
@@ -88,7 +88,7 @@ pub(super) struct Play {
 }
 
 impl Play {
-    pub fn new(manner: Manner, case: &Case) -> Self {
+    pub fn new(manner: Manner, case: &Case, marked: &Marked) -> Self {
         let outlines = Outlines::new(case);
         let heights = match (case.slices.first(), case.slices.last()) {
             (Some(first), Some(last)) if case.slices.len() > 1 => first.z as i32..last.z as i32 + 1,
@@ -97,7 +97,7 @@ impl Play {
         let middle = |z: i32| outlines.centre(z.into()).extend(z.into());
         Self {
             manner,
-            strokes: strokes(case, &manner),
+            strokes: strokes(case, marked, &manner),
             next: 0,
             rounds: manner.rounds,
             doing: Doing::Reach,
@@ -132,7 +132,13 @@ impl Play {
     }
 
     /// A step: where the hands go from here, pedals and taps included.
-    fn step(&mut self, now: &InstrumentState, scope: &Resectoscope, senses: &Senses, step_s: f32) -> InstrumentState {
+    fn step(
+        &mut self,
+        now: &InstrumentState,
+        scope: &Resectoscope,
+        senses: &mut Senses,
+        step_s: f32,
+    ) -> InstrumentState {
         let manner = self.manner;
         self.steps_without_tissue = if senses.loop_in_tissue() {
             0
@@ -234,10 +240,7 @@ impl Play {
             }
             Doing::Press(place, pressed_s, sunk_mm) => {
                 let is_on = senses.loop_in_tissue();
-                let still_bleeds = senses
-                    .bleeders(scope, now)
-                    .iter()
-                    .any(|seen| seen.distance(place) < SAME_MM);
+                let still_bleeds = senses.bleeders().iter().any(|seen| seen.distance(place) < SAME_MM);
                 // Tissue may be met on the way; the bleeder is where it was seen.
                 let is_there = is_on && sunk_mm >= 0.0;
                 let sinks_mm_per_s = if is_there { PRESS_MM_PER_S } else { SINK_MM_PER_S };
@@ -284,7 +287,7 @@ impl Play {
         &mut self,
         now: &InstrumentState,
         scope: &Resectoscope,
-        senses: &Senses,
+        senses: &mut Senses,
         waited_s: f32,
         step_s: f32,
     ) -> Doing {
@@ -311,16 +314,13 @@ impl Play {
     }
 
     /// The bleeder in view that is nearest to the loop, of those that were not yet tried in vain.
-    fn nearest_bleeder(&self, now: &InstrumentState, scope: &Resectoscope, senses: &Senses) -> Option<Vec3> {
+    fn nearest_bleeder(&self, now: &InstrumentState, scope: &Resectoscope, senses: &mut Senses) -> Option<Vec3> {
         let tip = scope.tip(now);
         let tries = |place: &Vec3| {
             let same = self.tried.iter().filter(|tried| tried.distance(*place) < SAME_MM);
             same.count()
         };
-        let untried = senses
-            .bleeders(scope, now)
-            .into_iter()
-            .filter(|place| tries(place) < TRIES);
+        let untried = senses.bleeders().into_iter().filter(|place| tries(place) < TRIES);
         untried.min_by(|a, b| a.distance(tip).total_cmp(&b.distance(tip)))
     }
 
@@ -344,7 +344,7 @@ impl Play {
     }
 
     /// Taps as the water asks for: clear water through both, little inflow while the view is clear, none while the bladder presses.
-    fn turn_taps(&mut self, next: InstrumentState, senses: &Senses) -> InstrumentState {
+    fn turn_taps(&mut self, next: InstrumentState, senses: &mut Senses) -> InstrumentState {
         let (inflow_tap, outflow_tap) = if !self.manner.minds_water {
             (1.0, 0.0)
         } else {
@@ -370,7 +370,7 @@ impl Play {
 pub(super) fn play(
     time: Res<Time>,
     state: Res<RunState>,
-    senses: Senses,
+    mut senses: Senses,
     mut players: Query<(
         &mut Play,
         &Resectoscope,
@@ -383,7 +383,7 @@ pub(super) fn play(
         return;
     }
     for (mut play, scope, now, mut request, mut playback) in &mut players {
-        request.0 = play.step(now, scope, &senses, time.delta_secs());
+        request.0 = play.step(now, scope, &mut senses, time.delta_secs());
         playback.over = play.doing == Doing::Done;
     }
 }
