@@ -21,6 +21,7 @@
 //! | samples of a run over time | `run_log.rs` |
 //! | what ends a run early | `limits.rs` |
 //! | what to do better | `advice.rs` |
+//! | metrics, goals and exercises of others | `extension/` |
 //! | the order of a step | `plugin.rs` |
 //!
 //! ```no_run
@@ -42,6 +43,7 @@ mod clearance;
 mod cut_map;
 mod errors;
 mod exercise;
+mod extension;
 mod library;
 mod limits;
 pub mod metrics;
@@ -69,9 +71,13 @@ pub use errors::{ExerciseError, RuleError};
 pub use exercise::{
     ClockRange, Condition, Exercise, Goal, HeightRange, InstrumentSetup, Marked, Models, Part, Range, ScoreRule,
 };
+pub use extension::{
+    ExerciseExtension, ExtensionError, ExtensionMetric, Extensions, GoalExtension, GoalId, MetricExtension,
+    ScenarioAppExt,
+};
 pub use library::{CASE_SUFFIX, EXERCISE_SUFFIX, Library, LoadedExercise, MAX_FILE_BYTES};
 pub use limits::Limits;
-pub use metrics::{MetricId, Metrics};
+pub use metrics::{Better, MetricId, MetricInfo, Metrics};
 pub use pars::{Medal, Pars};
 pub use plugin::{ScenarioPlugin, ScenarioSystems};
 pub use prepare::{LatticeSummary, PreparedExercise};
@@ -89,7 +95,8 @@ pub use water::{Bleeding, Water};
 /// What a user types daily.
 pub mod prelude {
     pub use crate::{
-        ActiveExercise, CapsulePerforated, EndReason, Exercise, Library, MetricId, Metrics, Report, RunState,
-        ScenarioPlugin, ScenarioSystems, ScoreCard, Trace, spawn_exercise,
+        ActiveExercise, Better, CapsulePerforated, EndReason, Exercise, ExerciseExtension, Extensions, GoalExtension,
+        Library, MetricExtension, MetricId, MetricInfo, Metrics, Report, RunState, ScenarioAppExt, ScenarioPlugin,
+        ScenarioSystems, ScoreCard, Trace, spawn_exercise,
     };
 }

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     errors::RuleError,
     exercise::Exercise,
+    extension::GoalId,
     metrics::{Metrics, StepObservation},
 };
 
@@ -112,6 +113,8 @@ pub enum Trigger {
         /// ml.
         ml: f64,
     },
+    /// A goal of an extension is reached, counted from the start of the run: `Extension("its_name")`.
+    Extension(GoalId),
 }
 
 impl Trigger {
@@ -136,6 +139,7 @@ impl Trigger {
             Trigger::Waited { s } => ("Waited", vec![("s", s)]),
             Trigger::BladderBelow { ml } => ("BladderBelow", vec![("ml", ml)]),
             Trigger::BladderAbove { ml } => ("BladderAbove", vec![("ml", ml)]),
+            Trigger::Extension(_) => ("Extension", Vec::new()),
         }
     }
 
@@ -161,6 +165,7 @@ impl Trigger {
             Trigger::Waited { .. } => &[],
             Trigger::BladderAbove { .. } => &[Action::InflowOpen, Action::OutflowClose],
             Trigger::BladderBelow { .. } => &[Action::InflowClose, Action::OutflowOpen],
+            Trigger::Extension(goal) => goal.actions(),
         }
     }
 
@@ -196,6 +201,7 @@ impl Trigger {
             Trigger::BladderBelow { ml } => downwards(from.bladder_ml, now.bladder_ml, ml),
             // As far up as below it is down.
             Trigger::BladderAbove { ml } => downwards(-from.bladder_ml, -now.bladder_ml, -ml),
+            Trigger::Extension(_) => now.extension_share,
         }
         .clamp(0.0, 1.0)
     }
@@ -262,10 +268,13 @@ pub(crate) struct Moment {
     pressure_cmh2o: f64,
     visibility: f64,
     bleeders: usize,
+    /// Of the goal that the step waits for, where it is an extension's.
+    extension_share: f64,
 }
 
 impl Moment {
-    pub fn new(step: &StepObservation, metrics: &Metrics) -> Self {
+    /// What a step that waits for `trigger` looks at.
+    pub fn new(step: &StepObservation, metrics: &Metrics, trigger: &Trigger) -> Self {
         Self {
             instrument: step.instrument,
             time_s: metrics.elapsed_s(),
@@ -277,6 +286,10 @@ impl Moment {
             bleeders: step.water.bleeders,
             coagulated_s: metrics.current.coagulation_in_contact_s,
             bladder_ml: step.water.bladder_ml,
+            extension_share: match trigger {
+                Trigger::Extension(goal) => metrics.extension(goal.metric()),
+                _ => 0.0,
+            },
         }
     }
 }
