@@ -23,6 +23,9 @@
 //! | what to do better | `advice.rs` |
 //! | metrics, goals and exercises of others | `extension/` |
 //! | the order of a step | `plugin.rs` |
+//! | the whole simulation as plugins, and without a window | `plugins.rs`, `headless.rs` |
+//! | tests of exercises and extensions | `testing.rs` |
+//! | where the shipped assets are | `assets.rs` |
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -38,18 +41,21 @@
 
 mod active;
 mod advice;
+pub mod assets;
 mod chips;
 mod clearance;
 mod cut_map;
 mod errors;
 mod exercise;
 mod extension;
+pub mod headless;
 mod library;
 mod limits;
 pub mod metrics;
 mod pars;
 mod parse;
 mod plugin;
+mod plugins;
 mod prepare;
 mod region;
 mod report;
@@ -58,6 +64,7 @@ mod run_log;
 mod score;
 mod state;
 mod steps;
+pub mod testing;
 mod trace;
 mod trigger;
 mod walls;
@@ -80,6 +87,7 @@ pub use limits::Limits;
 pub use metrics::{Better, MetricId, MetricInfo, Metrics};
 pub use pars::{Medal, Pars};
 pub use plugin::{ScenarioPlugin, ScenarioSystems};
+pub use plugins::{FixedStepPlugin, ResectaPlugins, STEP_HZ};
 pub use prepare::{LatticeSummary, PreparedExercise};
 pub use region::MarkedRegion;
 pub use report::{CaseSummary, ExerciseSummary, FORMAT, MetricValue, Report, RunSummary, StepSummary, state_hash};

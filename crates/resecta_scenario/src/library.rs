@@ -6,13 +6,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use bevy::prelude::*;
 use resecta_anatomy::Case;
 
 use crate::{
     errors::{ExerciseError, RuleError, nearest},
     exercise::Exercise,
-    extension::Extensions,
+    extension::{ExtensionError, Extensions},
 };
 
 /// End of an exercise file's name.
@@ -54,14 +53,17 @@ impl Library {
     /// The same with the exercises of extensions, and files that name their metrics and goals. An app has its own as the
     /// resource [`Extensions`].
     pub fn with_extensions(self, extensions: Extensions) -> Self {
-        let shipped = names_in(&self.assets.join("exercises"), EXERCISE_SUFFIX);
-        for name in extensions
-            .exercise_names()
-            .filter(|name| shipped.iter().any(|file| file == name))
-        {
-            error!("exercise \"{name}\" of an extension: the name is taken by a shipped file, which is used");
-        }
         Self { extensions, ..self }
+    }
+
+    /// The exercises of extensions that are not found, for a shipped file has their name.
+    pub(crate) fn shadowed(&self) -> impl Iterator<Item = ExtensionError> {
+        let shipped = names_in(&self.assets.join("exercises"), EXERCISE_SUFFIX);
+        let names = self.extensions.exercise_names();
+        names.filter_map(move |name| {
+            let is_shipped = shipped.iter().any(|file| file == name);
+            is_shipped.then_some(ExtensionError::Shipped { name })
+        })
     }
 
     /// The names of the exercises that are shipped or an extension's, sorted.

@@ -114,7 +114,7 @@ impl Plugin for ScenarioPlugin {
                 )
                     .run_if(water_runs),
             )
-            .add_systems(Startup, extension::tell_refused)
+            .add_systems(Startup, extension::tell_refused.run_if(any_registered))
             .add_systems(
                 self.schedule,
                 (
@@ -127,7 +127,9 @@ impl Plugin for ScenarioPlugin {
                         .in_set(Observe),
                     clearance::measure.in_set(Observe).run_if(clearance::any_clearance),
                     measure.in_set(Measure),
-                    (take_extensions.run_if(any_extension), follow_steps)
+                    // Who may read any component is in conflict with all who write one. Those that it reads are written in
+                    // `Extend`, before it.
+                    (take_extensions.run_if(any_extension).ambiguous_with_all(), follow_steps)
                         .chain()
                         .in_set(Follow),
                     record.in_set(Record).run_if(resource_exists::<Trace>),
@@ -268,6 +270,10 @@ fn measure(
             point: the_loop.centre + the_loop.down * resectoscope.geometry.loop_depth_mm,
         });
     }
+}
+
+fn any_registered(extensions: Res<Extensions>) -> bool {
+    !extensions.is_empty()
 }
 
 fn any_extension(metrics: Res<Metrics>) -> bool {

@@ -7,8 +7,10 @@ use thiserror::Error;
 
 use super::{ExerciseExtension, ExtensionMetric, GoalExtension, GoalId, MetricExtension};
 use crate::{
+    assets,
     errors::RuleError,
     exercise::{Exercise, Goal},
+    library::Library,
     metrics::MetricId,
     trigger::Trigger,
 };
@@ -40,6 +42,12 @@ pub enum ExtensionError {
         /// The type that was refused.
         type_name: &'static str,
         /// Its name.
+        name: &'static str,
+    },
+    /// An exercise of a name that a shipped file has, too.
+    #[error("exercise \"{name}\" of an extension: a shipped file has the name, and is used")]
+    Shipped {
+        /// The name.
         name: &'static str,
     },
 }
@@ -134,6 +142,11 @@ impl Extensions {
         false
     }
 
+    /// Whether none was registered.
+    pub fn is_empty(&self) -> bool {
+        self.metrics.is_empty() && self.exercises.is_empty() && self.refused.is_empty()
+    }
+
     /// What was not taken, and why.
     pub fn refused(&self) -> &[ExtensionError] {
         &self.refused
@@ -213,9 +226,13 @@ impl Exercise {
     }
 }
 
-/// Tells what was not taken, once there is a log.
+/// Tells what was not taken and what is not found, once there is a log.
 pub(crate) fn tell_refused(extensions: Res<Extensions>) {
     for refused in extensions.refused() {
         error!("{refused}");
+    }
+    if let Ok(assets) = assets::find() {
+        let library = Library::new(assets).with_extensions(extensions.clone());
+        library.shadowed().for_each(|shadowed| error!("{shadowed}"));
     }
 }

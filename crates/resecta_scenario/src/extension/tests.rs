@@ -172,6 +172,7 @@ fn a_shipped_file_goes_before_an_exercise_in_rust() {
     let mut extensions = of_rest();
     extensions.add_exercise::<OtherRest>();
     let library = library().with_extensions(extensions);
+    assert!(library.shadowed().eq([ExtensionError::Shipped { name: "first_cuts" }]));
     assert_ne!(library.load("first_cuts").unwrap().exercise.title, "Rest");
     let names = library.exercise_names();
     assert_eq!(names.iter().filter(|name| *name == "first_cuts").count(), 1);
