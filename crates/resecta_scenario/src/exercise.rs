@@ -51,7 +51,7 @@ pub struct Exercise {
 }
 
 /// The finest lattice of the papers' table is 7 degrees; 8 keeps a step well inside 1/60 s.
-fn default_alpha_deg() -> f64 {
+pub(crate) fn default_alpha_deg() -> f64 {
     8.0
 }
 

@@ -43,6 +43,7 @@
 
 mod id;
 mod known;
+mod make;
 mod registry;
 
 use bevy::prelude::*;
