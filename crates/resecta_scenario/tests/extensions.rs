@@ -6,8 +6,8 @@ use bevy::{
 };
 use resecta_instrument::InstrumentState;
 use resecta_scenario::{
-    Better, EndReason, Exercise, ExerciseExtension, Extensions, GoalExtension, GoalId, MetricExtension, MetricId,
-    MetricInfo, Metrics, RunState, ScenarioAppExt, ScenarioSystems, advice, testing::Trial,
+    Better, EndReason, Exercise, ExerciseExtension, Extensions, Goal, GoalExtension, GoalId, MetricExtension, MetricId,
+    MetricInfo, Metrics, RunState, ScenarioAppExt, ScenarioSystems, ScoreRule, advice, testing::Trial,
 };
 use resecta_tissue::TissueContact;
 
@@ -134,7 +134,7 @@ fn an_extension_measures_ends_steps_and_the_run_and_is_reported() {
 fn values_that_are_not_finite_leave_the_value_before() {
     let mut trial = Trial::new(plugin);
     let mut exercise = Reaching::exercise();
-    exercise.goals.push(resecta_scenario::Goal::RemoveMarked { share: 1.0 });
+    exercise.goals.push(Goal::RemoveMarked { share: 1.0 });
     trial.start(exercise).unwrap();
     push(&mut trial, 131);
     assert!(trial.on_instrument::<Reach>().unwrap().value().is_nan());
@@ -156,6 +156,24 @@ fn an_exercise_that_does_not_name_it_does_not_have_it_and_a_new_run_has_a_new_on
     trial.steps(1);
     assert!(trial.on_instrument::<Reach>().is_none());
     assert_eq!(trial.report().metrics.len(), MetricId::ALL.len());
+}
+
+#[test]
+fn an_exercise_made_in_rust_is_that_of_a_file_that_leaves_the_rest_out() {
+    let text = r#"(
+        title: "Reaching",
+        briefing: "Push.",
+        case: "small",
+        marked: (zones: [LateralLobe, MiddleLobe]),
+        goals: [Extension("reached_out")],
+        limits: (time_s: 20),
+        scoring: [(metric: "largest_reach_mm", points: 60, from: 0, to: 20, basis: "test")],
+    )"#;
+    let mut made = Exercise::new("Reaching", "Push.", "small", 20.0);
+    made.goals = vec![Goal::Extension(GoalId::of::<Reach>())];
+    made.scoring = vec![ScoreRule::new(MetricId::of::<Reach>(), 60.0, 0.0, 20.0, "test")];
+    let of_file = Exercise::from_ron_with(text, "reaching.exercise.ron".as_ref(), &extensions()).unwrap();
+    assert_eq!(made, of_file);
 }
 
 #[test]

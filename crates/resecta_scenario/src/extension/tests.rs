@@ -3,13 +3,7 @@ use std::path::Path;
 use bevy::prelude::*;
 
 use super::*;
-use crate::{
-    errors::ExerciseError,
-    exercise::{Goal, ScoreRule},
-    library::Library,
-    metrics::Better,
-    metrics::MetricId,
-};
+use crate::{errors::ExerciseError, exercise::Goal, library::Library, metrics::Better, metrics::MetricId};
 
 const fn row(id: &'static str) -> MetricInfo {
     MetricInfo {
@@ -146,17 +140,6 @@ fn an_exercise_in_rust_is_found_by_its_name_and_keeps_the_rules_of_files() {
     assert_eq!(not_here, ("steps[0].until".into(), None));
     let missing = library.load("ret").map(drop).unwrap_err().to_string();
     assert!(missing.ends_with("did you mean `rest`?"), "{missing}");
-}
-
-#[test]
-fn an_exercise_made_in_rust_is_that_of_a_file_that_leaves_the_rest_out() {
-    let mut exercise = Exercise::new("Rest", "Hold still.", "small", 20.0);
-    exercise.goals = vec![Goal::Extension(GoalId::of::<Rest>())];
-    exercise.scoring = vec![ScoreRule::new(MetricId::of::<Rest>(), 60.0, 0.0, 1.0, "test")];
-    let mut of_file = Rest::exercise();
-    of_file.steps.clear();
-    of_file.marked.zones = exercise.marked.zones.clone();
-    assert_eq!(exercise, of_file);
 }
 
 #[test]
