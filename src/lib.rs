@@ -31,12 +31,9 @@
 //!
 //! Not validated for training.
 
-pub mod assets;
 pub mod export;
 pub mod game;
-pub mod headless;
 pub mod players;
-mod plugins;
 pub mod rates;
 pub mod spring_scene;
 pub mod view;
@@ -50,7 +47,7 @@ pub use resecta_solver as solver;
 pub use resecta_sound as sound;
 pub use resecta_tissue as tissue;
 
-pub use plugins::{FixedStepPlugin, ResectaPlugins, STEP_HZ};
+pub use resecta_scenario::{FixedStepPlugin, ResectaPlugins, STEP_HZ, assets, headless, testing};
 
 /// What a user types daily. Goes together with `bevy::prelude::*` in one glob import each.
 pub mod prelude {

@@ -6,21 +6,30 @@ use bevy::{
     ecs::schedule::{LogLevel, ScheduleBuildSettings},
     prelude::*,
 };
-use resecta::{assets, headless, prelude::*};
+use resecta::{assets, headless, prelude::*, scenario::LoadedExercise, testing::Trial};
 
-/// A few steps of a small exercise in an app; returns the state of the gland.
+/// A small exercise.
+fn loaded() -> LoadedExercise {
+    let library = Library::new(assets::find().unwrap());
+    library
+        .load_text(common::EXERCISE, "test.exercise.ron".as_ref())
+        .unwrap()
+}
+
+/// A few steps of it in an app built by hand; returns the state of the gland.
 fn play(app: &mut App, steps: u64) -> String {
-    let folder = tempfile::tempdir().unwrap();
-    let exercise = common::write_exercise(folder.path());
-    let prepared = Library::new(assets::find().unwrap())
-        .load(exercise.to_str().unwrap())
-        .and_then(|loaded| loaded.prepare())
-        .unwrap();
-    headless::start(app, prepared, InstrumentSource::Requests);
+    headless::start(app, loaded().prepare().unwrap(), InstrumentSource::Requests);
     while headless::steps(app.world()) < steps {
         app.update();
     }
     Report::of_world(app.world()).unwrap().state_hash
+}
+
+/// The same in an app for tests.
+fn try_out(mut trial: Trial, steps: u32) -> String {
+    trial.start(loaded()).unwrap();
+    trial.steps(steps);
+    trial.state_hash()
 }
 
 #[test]
@@ -46,20 +55,21 @@ fn a_minimal_app_needs_the_two_preludes_and_the_plugin_group_and_its_systems_edi
 
 #[test]
 fn no_two_systems_of_the_whole_simulation_race() {
-    let mut app = headless::app(None);
-    app.configure_schedules(ScheduleBuildSettings {
-        ambiguity_detection: LogLevel::Error,
-        ..default()
+    let trial = Trial::new(|app: &mut App| {
+        app.configure_schedules(ScheduleBuildSettings {
+            ambiguity_detection: LogLevel::Error,
+            ..default()
+        });
+        app.init_resource::<Trace>();
     });
-    app.init_resource::<Trace>();
     // A schedule with an ambiguity panics when it is built, which is when it first runs.
-    play(&mut app, 3);
+    try_out(trial, 3);
 }
 
 #[test]
 fn a_run_repeats_itself_bit_for_bit_and_the_order_of_plugins_does_not_matter() {
-    let first = play(&mut headless::app(None), 12);
-    let again = play(&mut headless::app(None), 12);
+    let first = try_out(Trial::new(()), 12);
+    let again = try_out(Trial::new(()), 12);
     let mut app = App::new();
     app.insert_resource(headless::one_step_an_update());
     app.add_plugins((ResectaPlugins, MinimalPlugins));

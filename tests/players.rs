@@ -3,10 +3,10 @@
 use std::fs;
 
 use resecta::{
-    assets, headless,
-    instrument::InstrumentSource,
+    assets,
     players::{self, Player, PlayersPlugin},
     scenario::{Condition, Library, LoadedExercise, MetricId, Part, Report},
+    testing::Trial,
     tissue::CutDetail,
 };
 
@@ -29,12 +29,11 @@ fn shortened(time_s: f64, at_least: f64) -> LoadedExercise {
 }
 
 fn play(loaded: LoadedExercise, player: Player) -> Report {
-    let mut app = headless::app(None);
-    app.add_plugins(PlayersPlugin);
-    headless::start(&mut app, loaded.prepare().unwrap(), InstrumentSource::Requests);
-    players::seat(app.world_mut(), player);
-    headless::play(&mut app, |_| {});
-    Report::of_world(app.world()).unwrap()
+    let mut trial = Trial::new(PlayersPlugin);
+    trial.start(loaded).unwrap();
+    players::seat(trial.app.world_mut(), player);
+    trial.play();
+    trial.report()
 }
 
 fn value(report: &Report, id: MetricId) -> f64 {

@@ -48,6 +48,7 @@ mod tutorial;
 use std::path::PathBuf;
 
 use bevy::{
+    app::Plugins,
     log::LogPlugin,
     prelude::*,
     render::RenderPlugin,
@@ -55,7 +56,7 @@ use bevy::{
 };
 use bevy_egui::EguiPlugin;
 use resecta_instrument::LiveInput;
-use resecta_scenario::{ExerciseError, Library, RunLog};
+use resecta_scenario::{ExerciseError, Extensions, Library, RunLog};
 use thiserror::Error;
 
 use crate::{
@@ -111,7 +112,15 @@ enum Player {
 /// # Errors
 /// [`GameError`]: no display, no graphics adapter, no such exercise. Nothing was opened then.
 pub fn run(options: GameOptions) -> Result<(), GameError> {
-    open(options, Player::User)?.run();
+    run_with(options, ())
+}
+
+/// As [`run`], with extensions: plugins that register metrics, goals and exercises. They are added before all others.
+///
+/// # Errors
+/// As of [`run`].
+pub fn run_with<M>(options: GameOptions, extensions: impl Plugins<M>) -> Result<(), GameError> {
+    open(options, Player::User, extensions)?.run();
     Ok(())
 }
 
@@ -121,7 +130,7 @@ pub fn run(options: GameOptions) -> Result<(), GameError> {
 /// [`GameError`]: as of [`run`], or a picture could not be made.
 pub fn gallery(folder: PathBuf) -> Result<Vec<PathBuf>, GameError> {
     let outcome = gallery::Outcome::default();
-    let mut app = open(GameOptions::default(), Player::Nobody)?;
+    let mut app = open(GameOptions::default(), Player::Nobody, ())?;
     app.add_plugins(gallery::GalleryPlugin {
         folder,
         scripts: assets::find()?.join("scripts"),
@@ -133,10 +142,13 @@ pub fn gallery(folder: PathBuf) -> Result<Vec<PathBuf>, GameError> {
 }
 
 /// The game, ready to run.
-fn open(options: GameOptions, player: Player) -> Result<App, GameError> {
+fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) -> Result<App, GameError> {
     display::check()?;
     adapter_available()?;
-    let library = Library::new(assets::find()?);
+    let mut app = App::new();
+    app.add_plugins(extensions);
+    let extensions = app.world().get_resource::<Extensions>().cloned().unwrap_or_default();
+    let library = Library::new(assets::find()?).with_extensions(extensions);
     let chosen = options.exercise.map(|name| library.load(&name)).transpose()?;
     let prepared = chosen.clone().map(|loaded| loaded.prepare()).transpose()?;
     let mut catalogue = catalogue::Catalogue::of(&library, chosen.clone());
@@ -145,7 +157,6 @@ fn open(options: GameOptions, player: Player) -> Result<App, GameError> {
         None => "Resecta".into(),
     };
 
-    let mut app = App::new();
     app.add_plugins((
         DefaultPlugins
             .set(WindowPlugin {

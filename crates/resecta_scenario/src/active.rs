@@ -1,5 +1,7 @@
 //! The exercise in play, and how it gets into the world.
 
+use std::collections::BTreeSet;
+
 use bevy::prelude::*;
 use resecta_anatomy::Case;
 use resecta_instrument::InstrumentRequest;
@@ -8,6 +10,7 @@ use resecta_tissue::{Tissue, TissueSettings, TissueTint};
 use crate::{
     chips,
     exercise::Exercise,
+    extension::ExtensionMetric,
     metrics::{Metrics, StepObservation},
     prepare::{LatticeSummary, PreparedExercise},
     region::MarkedRegion,
@@ -117,6 +120,12 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
     metrics.removal.zone_total_mm3 = zone_mm3;
     metrics.capsule.total_mm2 = capsule_mm2;
     metrics.removal.density_g_per_mm3 = material.density_g_per_mm3;
+    let extensions: BTreeSet<ExtensionMetric> = loaded.exercise.extensions().map(|(_, metric)| metric).collect();
+    let mut entity = world.entity_mut(instrument);
+    for metric in &extensions {
+        metric.insert(&mut entity);
+    }
+    metrics.extensions = extensions.into_iter().map(|metric| (metric, 0.0)).collect();
     world.insert_resource(ScoreCard::new(&loaded.exercise, &metrics));
     world.insert_resource(metrics);
     world.insert_resource(StepObservation::default());

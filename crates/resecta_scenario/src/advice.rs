@@ -123,6 +123,13 @@ const ADVICE: &[(MetricId, &str)] = &[
 /// Harm that is told where no line scores it, too: what is practised without it is unlearnt later.
 const HARM: [MetricId; 2] = [MetricId::SphincterInjuries, MetricId::CapsuleTouches];
 
+fn sentence(told: MetricId) -> Option<&'static str> {
+    match told {
+        MetricId::Extension(metric) => metric.advice(),
+        _ => (ADVICE.iter().find(|(metric, _)| *metric == told)).map(|&(_, sentence)| sentence),
+    }
+}
+
 /// At most `most` sentences for the lines that lost most points, the dearest first, then for harm that no line scores; none for
 /// lines that lost nothing to speak of. A line whose metric the table lacks is passed over.
 pub fn advice(card: &ScoreCard, metrics: &Metrics, most: usize) -> Vec<&'static str> {
@@ -136,8 +143,7 @@ pub fn advice(card: &ScoreCard, metrics: &Metrics, most: usize) -> Vec<&'static 
     let harm = (HARM.into_iter()).filter(|metric| !is_scored(metric) && metrics.value(*metric) > 0.0);
     let mut said = Vec::new();
     for told in lines.into_iter().map(|line| line.metric).chain(harm) {
-        let sentence = ADVICE.iter().find(|(metric, _)| *metric == told);
-        if let Some(&(_, sentence)) = sentence
+        if let Some(sentence) = sentence(told)
             && !said.contains(&sentence)
         {
             said.push(sentence);

@@ -7,7 +7,7 @@ use resecta_solver::{CollapseLaw, ShearResistance};
 use resecta_tissue::{CutDetail, CuttingRule};
 use serde::{Deserialize, Serialize};
 
-use crate::{limits::Limits, metrics::MetricId, pars::Pars, steps::Step, water::Water};
+use crate::{extension::GoalId, limits::Limits, metrics::MetricId, pars::Pars, steps::Step, water::Water};
 
 /// One exercise, as its author wrote it. Absent optional fields take the default stated beside them; `Some(..)` may be
 /// left out around a value.
@@ -51,7 +51,7 @@ pub struct Exercise {
 }
 
 /// The finest lattice of the papers' table is 7 degrees; 8 keeps a step well inside 1/60 s.
-fn default_alpha_deg() -> f64 {
+pub(crate) fn default_alpha_deg() -> f64 {
     8.0
 }
 
@@ -206,6 +206,8 @@ pub enum Goal {
     },
     /// Do every one of the exercise's steps.
     FinishSteps,
+    /// Reach a goal of an extension, `Extension("its_name")`.
+    Extension(GoalId),
 }
 
 /// One line of the score: `points * clamp((metric - from) / (to - from), 0, 1)`.

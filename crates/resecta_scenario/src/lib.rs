@@ -21,7 +21,11 @@
 //! | samples of a run over time | `run_log.rs` |
 //! | what ends a run early | `limits.rs` |
 //! | what to do better | `advice.rs` |
+//! | metrics, goals and exercises of others | `extension/` |
 //! | the order of a step | `plugin.rs` |
+//! | the whole simulation as plugins, and without a window | `plugins.rs`, `headless.rs` |
+//! | tests of exercises and extensions | `testing.rs` |
+//! | where the shipped assets are | `assets.rs` |
 //!
 //! ```no_run
 //! use bevy::prelude::*;
@@ -37,17 +41,21 @@
 
 mod active;
 mod advice;
+pub mod assets;
 mod chips;
 mod clearance;
 mod cut_map;
 mod errors;
 mod exercise;
+mod extension;
+pub mod headless;
 mod library;
 mod limits;
 pub mod metrics;
 mod pars;
 mod parse;
 mod plugin;
+mod plugins;
 mod prepare;
 mod region;
 mod report;
@@ -57,6 +65,7 @@ mod score;
 mod sight;
 mod state;
 mod steps;
+pub mod testing;
 mod trace;
 mod trigger;
 mod walls;
@@ -70,11 +79,16 @@ pub use errors::{ExerciseError, RuleError};
 pub use exercise::{
     ClockRange, Condition, Exercise, Goal, HeightRange, InstrumentSetup, Marked, Models, Part, Range, ScoreRule,
 };
+pub use extension::{
+    ExerciseExtension, ExtensionError, ExtensionMetric, Extensions, GoalExtension, GoalId, MetricExtension,
+    ScenarioAppExt,
+};
 pub use library::{CASE_SUFFIX, EXERCISE_SUFFIX, Library, LoadedExercise, MAX_FILE_BYTES};
 pub use limits::Limits;
-pub use metrics::{MetricId, Metrics};
+pub use metrics::{Better, MetricId, MetricInfo, Metrics};
 pub use pars::{Medal, Pars};
 pub use plugin::{ScenarioPlugin, ScenarioSystems};
+pub use plugins::{FixedStepPlugin, ResectaPlugins, STEP_HZ};
 pub use prepare::{LatticeSummary, PreparedExercise};
 pub use region::MarkedRegion;
 pub use report::{CaseSummary, ExerciseSummary, FORMAT, MetricValue, Report, RunSummary, StepSummary, state_hash};
@@ -91,7 +105,8 @@ pub use water::{Bleeding, Water};
 /// What a user types daily.
 pub mod prelude {
     pub use crate::{
-        ActiveExercise, CapsulePerforated, EndReason, Exercise, Library, MetricId, Metrics, Report, RunState,
-        ScenarioPlugin, ScenarioSystems, ScoreCard, Trace, spawn_exercise,
+        ActiveExercise, Better, CapsulePerforated, EndReason, Exercise, ExerciseExtension, Extensions, GoalExtension,
+        Library, MetricExtension, MetricId, MetricInfo, Metrics, Report, RunState, ScenarioAppExt, ScenarioPlugin,
+        ScenarioSystems, ScoreCard, Trace, spawn_exercise,
     };
 }

@@ -11,6 +11,7 @@ use resecta_anatomy::Case;
 use crate::{
     errors::{ExerciseError, RuleError, nearest},
     exercise::Exercise,
+    extension::{ExtensionError, Extensions},
 };
 
 /// End of an exercise file's name.
@@ -20,10 +21,11 @@ pub const CASE_SUFFIX: &str = ".case.ron";
 /// Largest exercise file that is read, bytes: some hundred times the longest that anyone writes.
 pub const MAX_FILE_BYTES: u64 = 1 << 20;
 
-/// The folder of shipped assets, with `exercises/` and `cases/` in it.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// The folder of shipped assets, with `exercises/` and `cases/` in it, and the exercises of extensions.
+#[derive(Debug, Clone)]
 pub struct Library {
     assets: PathBuf,
+    extensions: Extensions,
 }
 
 /// An exercise that keeps every rule, and its case.
@@ -42,12 +44,35 @@ pub struct LoadedExercise {
 impl Library {
     /// The library in this folder.
     pub fn new(assets: impl Into<PathBuf>) -> Self {
-        Self { assets: assets.into() }
+        Self {
+            assets: assets.into(),
+            extensions: Extensions::default(),
+        }
     }
 
-    /// The names of the shipped exercises, sorted.
+    /// The same with the exercises of extensions, and files that name their metrics and goals. An app has its own as the
+    /// resource [`Extensions`].
+    pub fn with_extensions(self, extensions: Extensions) -> Self {
+        Self { extensions, ..self }
+    }
+
+    /// The exercises of extensions that are not found, for a shipped file has their name.
+    pub(crate) fn shadowed(&self) -> impl Iterator<Item = ExtensionError> {
+        let shipped = names_in(&self.assets.join("exercises"), EXERCISE_SUFFIX);
+        let names = self.extensions.exercise_names();
+        names.filter_map(move |name| {
+            let is_shipped = shipped.iter().any(|file| file == name);
+            is_shipped.then_some(ExtensionError::Shipped { name })
+        })
+    }
+
+    /// The names of the exercises that are shipped or an extension's, sorted.
     pub fn exercise_names(&self) -> Vec<String> {
-        names_in(&self.assets.join("exercises"), EXERCISE_SUFFIX)
+        let mut names = names_in(&self.assets.join("exercises"), EXERCISE_SUFFIX);
+        names.extend(self.extensions.exercise_names().map(str::to_owned));
+        names.sort();
+        names.dedup();
+        names
     }
 
     /// The names of the shipped cases, sorted.
@@ -55,7 +80,7 @@ impl Library {
         names_in(&self.assets.join("cases"), CASE_SUFFIX)
     }
 
-    /// Loads an exercise by the name of a shipped one or the path of a file, and its case with it.
+    /// Loads an exercise by the name of a shipped one or an extension's, or the path of a file, and its case with it.
     ///
     /// # Errors
     /// [`ExerciseError`] names the file and the place in it.
@@ -69,6 +94,9 @@ impl Library {
                 .join(format!("{name_or_path}{EXERCISE_SUFFIX}"))
         };
         if !file.is_file() {
+            if !by_path && let Some(exercise) = self.extensions.exercise(name_or_path) {
+                return self.load_value(name_or_path, exercise);
+            }
             let names = self.exercise_names();
             let nearest = nearest(name_or_path, names.iter().map(String::as_str)).filter(|_| !by_path);
             return Err(ExerciseError::Missing { file, nearest });
@@ -85,7 +113,25 @@ impl Library {
     /// # Errors
     /// [`ExerciseError`] names the file and the place in it.
     pub fn load_text(&self, text: &str, file: &Path) -> Result<LoadedExercise, ExerciseError> {
-        let exercise = Exercise::from_ron(text, file)?;
+        let exercise = Exercise::from_ron_with(text, file, &self.extensions)?;
+        self.with_case(exercise, file)
+    }
+
+    /// Checks an exercise that was made in Rust as if it were a file of that name, and loads its case with it. A path of a case is
+    /// relative to the working directory.
+    ///
+    /// # Errors
+    /// [`ExerciseError`] names the exercise and the field.
+    pub fn load_value(&self, name: &str, exercise: Exercise) -> Result<LoadedExercise, ExerciseError> {
+        let file = PathBuf::from(format!("{name}{EXERCISE_SUFFIX}"));
+        let checked = exercise.validate().and_then(|()| self.extensions.check(&exercise));
+        match checked {
+            Ok(()) => self.with_case(exercise, &file),
+            Err(rule) => Err(ExerciseError::Rule { file, rule }),
+        }
+    }
+
+    fn with_case(&self, exercise: Exercise, file: &Path) -> Result<LoadedExercise, ExerciseError> {
         let case_file = self.case_file(&exercise.case, file)?;
         let case = Case::load(&case_file).map_err(|source| ExerciseError::Case {
             file: file.into(),

@@ -7,12 +7,18 @@ use ron::{Options, error::Error as RonError, extensions::Extensions};
 use crate::{
     errors::{ExerciseError, nearest},
     exercise::Exercise,
+    extension::{self, while_known},
 };
 
 impl Exercise {
     /// Reads an exercise from RON and checks every rule that needs nothing but the text. `file` is named in errors.
     pub fn from_ron(text: &str, file: &Path) -> Result<Self, ExerciseError> {
-        let exercise = parse(text, file)?;
+        Self::from_ron_with(text, file, &extension::Extensions::default())
+    }
+
+    /// As [`Exercise::from_ron`], where the text may name metrics and goals of these extensions.
+    pub fn from_ron_with(text: &str, file: &Path, extensions: &extension::Extensions) -> Result<Self, ExerciseError> {
+        let exercise = while_known(extensions, || parse(text, file))?;
         exercise.validate().map_err(|rule| ExerciseError::Rule {
             file: file.into(),
             rule,

@@ -14,6 +14,7 @@ use resecta_tissue::{TissueContact, TissueResected, TissueSystems, ToolPartKind}
 use crate::{
     active::ActiveExercise,
     clearance::{self, LoopClearance},
+    extension::{self, Extensions},
     metrics::{ChipMasses, Metrics, StepObservation, WaterStep},
     run_log::RunLog,
     score::ScoreCard,
@@ -55,6 +56,10 @@ pub enum ScenarioSystems {
     Observe,
     /// [`Metrics`] take the step into account; [`CapsulePerforated`] is triggered. Only while running, as all below.
     Measure,
+    /// Empty, for systems of extensions that bring their metrics and goals up to date: [`Metrics`] has this step already.
+    Extend,
+    /// What extensions measured is taken into [`Metrics`], and the present step of the exercise may end.
+    Follow,
     /// A row is added to [`Trace`], where there is one, and a sample to [`RunLog`].
     Record,
     /// [`ScoreCard`] is brought up to date, and the run may end.
@@ -65,12 +70,13 @@ pub enum ScenarioSystems {
 
 impl Plugin for ScenarioPlugin {
     fn build(&self, app: &mut App) {
-        use ScenarioSystems::{First, Judge, Last, Measure, Observe, Record};
+        use ScenarioSystems::{Extend, First, Follow, Judge, Last, Measure, Observe, Record};
         app.init_resource::<RunState>()
             .init_resource::<Metrics>()
             .init_resource::<StepObservation>()
             .init_resource::<ScoreCard>()
             .init_resource::<StepProgress>()
+            .init_resource::<Extensions>()
             .register_type::<RunState>()
             .register_type::<Metrics>()
             .register_type::<LoopClearance>()
@@ -83,6 +89,8 @@ impl Plugin for ScenarioPlugin {
                     First,
                     Observe,
                     Measure.run_if(running),
+                    Extend.run_if(running),
+                    Follow.run_if(running),
                     Record.run_if(running),
                     Judge.run_if(running),
                     Last,
@@ -107,6 +115,7 @@ impl Plugin for ScenarioPlugin {
                 )
                     .run_if(water_runs),
             )
+            .add_systems(Startup, extension::tell_refused.run_if(any_registered))
             .add_systems(
                 self.schedule,
                 (
@@ -124,7 +133,12 @@ impl Plugin for ScenarioPlugin {
                         .chain()
                         .in_set(Observe),
                     clearance::measure.in_set(Observe).run_if(clearance::any_clearance),
-                    (measure, follow_steps).chain().in_set(Measure),
+                    measure.in_set(Measure),
+                    // Who may read any component is in conflict with all who write one. Those that it reads are written in
+                    // `Extend`, before it.
+                    (take_extensions.run_if(any_extension).ambiguous_with_all(), follow_steps)
+                        .chain()
+                        .in_set(Follow),
                     record.in_set(Record).run_if(resource_exists::<Trace>),
                     log.in_set(Record).run_if(resource_exists::<RunLog>),
                     judge.in_set(Judge),
@@ -263,6 +277,28 @@ fn measure(
             point: the_loop.centre + the_loop.down * resectoscope.geometry.loop_depth_mm,
         });
     }
+}
+
+fn any_registered(extensions: Res<Extensions>) -> bool {
+    !extensions.is_empty()
+}
+
+fn any_extension(metrics: Res<Metrics>) -> bool {
+    !metrics.extensions.is_empty()
+}
+
+/// Takes what extensions measured, in the order of their names.
+fn take_extensions(
+    active: Res<ActiveExercise>,
+    mut access: ParamSet<(Query<EntityRef, With<Resectoscope>>, ResMut<Metrics>)>,
+) {
+    let mut extensions = std::mem::take(&mut access.p1().extensions);
+    if let Ok(instrument) = access.p0().get(active.instrument) {
+        for (metric, value) in &mut extensions {
+            *value = metric.measure(&instrument).unwrap_or(*value);
+        }
+    }
+    access.p1().extensions = extensions;
 }
 
 fn follow_steps(

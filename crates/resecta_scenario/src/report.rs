@@ -38,7 +38,7 @@ pub struct Report {
     /// The exercise's steps, where it has any.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<StepSummary>,
-    /// Every metric.
+    /// Every metric, last those of extensions that the exercise names.
     pub metrics: Vec<MetricValue>,
     /// [`state_hash`] of the gland at the end, hexadecimal.
     pub state_hash: String,
@@ -140,7 +140,7 @@ impl Report {
             marked,
             ..
         } = active;
-        let metric = |&id: &MetricId| {
+        let metric = |id: MetricId| {
             let info = id.info();
             MetricValue {
                 id,
@@ -183,7 +183,10 @@ impl Report {
                     done_at_s: progress.done_at_s.get(index).copied(),
                 })
                 .collect(),
-            metrics: MetricId::ALL.iter().map(metric).collect(),
+            metrics: (MetricId::ALL.iter().copied())
+                .chain(metrics.extensions.keys().copied().map(MetricId::Extension))
+                .map(metric)
+                .collect(),
             state_hash: format!("{state_hash:016x}"),
         }
     }

@@ -63,7 +63,7 @@ impl Exercise {
                         "another goal, or `steps: [..]` to finish",
                     ));
                 }
-                Goal::RemoveMarked { .. } | Goal::FinishSteps => {}
+                Goal::RemoveMarked { .. } | Goal::FinishSteps | Goal::Extension(_) => {}
             }
         }
         self.limits.check(&self.models)?;

@@ -199,6 +199,7 @@ impl Goal {
                 let steps = exercise.steps.len();
                 (format!("Do all {steps} steps"), MetricId::StepsDone, steps as f64)
             }
+            Goal::Extension(goal) => (goal.words().into(), MetricId::Extension(goal.metric()), 1.0),
         };
         GoalState {
             goal,

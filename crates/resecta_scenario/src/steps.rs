@@ -50,7 +50,7 @@ impl StepProgress {
         let Some(step) = steps.get(self.done_at_s.len()) else {
             return;
         };
-        let now = Moment::new(observed, metrics);
+        let now = Moment::new(observed, metrics, &step.until);
         let from = *self.from.get_or_insert(now);
         self.held_s = if step.until.holds(&now) {
             self.held_s + observed.step_s

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     errors::RuleError,
     exercise::Exercise,
+    extension::GoalId,
     metrics::{Metrics, StepObservation},
     sight::LandmarkObservation,
 };
@@ -127,6 +128,8 @@ pub enum Trigger {
         /// ml.
         ml: f64,
     },
+    /// A goal of an extension is reached, counted from the start of the run: `Extension("its_name")`.
+    Extension(GoalId),
 }
 
 impl Trigger {
@@ -153,6 +156,7 @@ impl Trigger {
             Trigger::Waited { s } => ("Waited", vec![("s", s)]),
             Trigger::BladderBelow { ml } => ("BladderBelow", vec![("ml", ml)]),
             Trigger::BladderAbove { ml } => ("BladderAbove", vec![("ml", ml)]),
+            Trigger::Extension(_) => ("Extension", Vec::new()),
         }
     }
 
@@ -194,6 +198,7 @@ impl Trigger {
             Trigger::Waited { .. } => &[],
             Trigger::BladderAbove { .. } => &[Action::InflowOpen, Action::OutflowClose],
             Trigger::BladderBelow { .. } => &[Action::InflowClose, Action::OutflowOpen],
+            Trigger::Extension(goal) => goal.actions(),
         }
     }
 
@@ -235,6 +240,7 @@ impl Trigger {
             Trigger::BladderBelow { ml } => downwards(from.bladder_ml, now.bladder_ml, ml),
             // As far up as below it is down.
             Trigger::BladderAbove { ml } => downwards(-from.bladder_ml, -now.bladder_ml, -ml),
+            Trigger::Extension(_) => now.extension_share,
         }
         .clamp(0.0, 1.0)
     }
@@ -302,10 +308,13 @@ pub(crate) struct Moment {
     visibility: f64,
     bleeders: usize,
     landmark: Option<LandmarkObservation>,
+    /// Of the goal that the step waits for, where it is an extension's.
+    extension_share: f64,
 }
 
 impl Moment {
-    pub fn new(step: &StepObservation, metrics: &Metrics) -> Self {
+    /// What a step that waits for `trigger` looks at.
+    pub fn new(step: &StepObservation, metrics: &Metrics, trigger: &Trigger) -> Self {
         Self {
             instrument: step.instrument,
             time_s: metrics.elapsed_s(),
@@ -318,6 +327,10 @@ impl Moment {
             landmark: step.landmark,
             coagulated_s: metrics.current.coagulation_in_contact_s,
             bladder_ml: step.water.bladder_ml,
+            extension_share: match trigger {
+                Trigger::Extension(goal) => metrics.extension(goal.metric()),
+                _ => 0.0,
+            },
         }
     }
 }

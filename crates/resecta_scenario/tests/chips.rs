@@ -1,20 +1,9 @@
 //! Floating chips of an exercise, on the whole stack.
 
-use std::path::Path;
-
-use bevy::{prelude::*, time::TimeUpdateStrategy};
-use resecta_chips::{Chips, ChipsPlugin, FloatingChip};
-use resecta_fluid::FluidPlugins;
-use resecta_instrument::InstrumentPlugin;
-use resecta_scenario::{ActiveExercise, Library, MetricId, Metrics, RunState, ScenarioPlugin, spawn_exercise};
-use resecta_tissue::{Tissue, TissuePlugin};
-
-fn start(app: &mut App, exercise: &str) {
-    let library = Library::new(Path::new("../../assets"));
-    let prepared = library.load(exercise).and_then(|loaded| loaded.prepare()).unwrap();
-    spawn_exercise(app.world_mut(), prepared);
-    app.insert_resource(RunState::Running);
-}
+use bevy::prelude::*;
+use resecta_chips::{Chips, FloatingChip};
+use resecta_scenario::testing::Trial;
+use resecta_tissue::Tissue;
 
 fn floating(app: &mut App) -> usize {
     app.world_mut().query::<&FloatingChip>().iter(app.world()).count()
@@ -22,51 +11,30 @@ fn floating(app: &mut App) -> usize {
 
 #[test]
 fn what_is_cut_free_floats_and_is_weighed_until_another_exercise_begins() {
-    let mut app = App::new();
-    app.add_plugins((
-        MinimalPlugins,
-        TissuePlugin::default(),
-        FluidPlugins::default(),
-        ChipsPlugin::default(),
-        InstrumentPlugin,
-        ScenarioPlugin::default(),
-    ))
-    .insert_resource(Time::<Fixed>::from_hz(60.0))
-    .insert_resource(TimeUpdateStrategy::FixedTimesteps(1));
-    start(&mut app, "middle_lobe");
-    // The clock starts with the first update: no step yet, and no entities.
-    app.update();
-    app.update();
-    let value = |app: &App, metric: MetricId| app.world().resource::<Metrics>().value(metric);
-    assert_eq!(value(&app, MetricId::ChipsInBladder), 0.0);
+    let mut trial = Trial::new(());
+    trial.start("middle_lobe").unwrap();
+    // The first step makes the entities.
+    trial.steps(1);
+    assert_eq!(trial.value("chips_in_bladder_g"), 0.0);
 
-    let active = app.world().resource::<ActiveExercise>();
-    let tissue = active.tissue;
-    let gone: Vec<u32> = active.marked.pentahedra().take(6).collect();
-    for pentahedron in gone {
-        let entity = app
-            .world()
-            .get::<Tissue>(tissue)
-            .unwrap()
-            .pentahedron_entity(pentahedron);
-        app.world_mut().try_despawn(entity.unwrap()).ok();
+    let active = trial.active().clone();
+    for pentahedron in active.marked.pentahedra().take(6) {
+        let tissue = trial.app.world().get::<Tissue>(active.tissue).unwrap();
+        let entity = tissue.pentahedron_entity(pentahedron);
+        trial.app.world_mut().try_despawn(entity.unwrap()).ok();
     }
-    for _ in 0..30 {
-        app.update();
-    }
-    let removed = value(&app, MetricId::RemovedMass);
-    let weighed = value(&app, MetricId::ChipsInBladder) + value(&app, MetricId::ChipsFlushed);
+    trial.steps(30);
+    let removed = trial.value("removed_g");
+    let weighed = trial.value("chips_in_bladder_g") + trial.value("chips_flushed_g");
     assert!(
         removed > 0.0 && (weighed - removed).abs() < 1e-9,
         "{weighed} of {removed} g"
     );
-    assert!(floating(&mut app) > 0);
+    assert!(floating(&mut trial.app) > 0);
 
-    start(&mut app, "first_cuts");
-    for _ in 0..3 {
-        app.update();
-    }
-    assert!(!app.world().contains_resource::<Chips>());
-    assert_eq!(floating(&mut app), 0);
-    assert_eq!(value(&app, MetricId::ChipsInBladder), 0.0);
+    trial.start("first_cuts").unwrap();
+    trial.steps(3);
+    assert!(!trial.app.world().contains_resource::<Chips>());
+    assert_eq!(floating(&mut trial.app), 0);
+    assert_eq!(trial.value("chips_in_bladder_g"), 0.0);
 }

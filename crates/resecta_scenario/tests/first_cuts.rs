@@ -2,34 +2,23 @@
 
 use std::path::Path;
 
-use bevy::{prelude::*, time::TimeUpdateStrategy};
+use bevy::prelude::*;
 use resecta_anatomy::Zone;
-use resecta_instrument::{InstrumentPlugin, InstrumentRequest, InstrumentState};
+use resecta_instrument::InstrumentState;
 use resecta_scenario::{
-    ActiveExercise, EndReason, Library, MetricId, Metrics, Report, RunState, ScenarioPlugin, Trace, spawn_exercise,
+    ActiveExercise, EndReason, Library, MetricId, Metrics, Report, RunState, Trace, spawn_exercise, testing::Trial,
 };
-use resecta_tissue::{Tissue, TissuePlugin, TissueTint};
+use resecta_tissue::{Tissue, TissueTint};
 
 fn library() -> Library {
     Library::new(Path::new("../../assets"))
 }
 
-fn app() -> App {
-    let mut app = App::new();
-    app.add_plugins((
-        MinimalPlugins,
-        TissuePlugin::default(),
-        InstrumentPlugin,
-        ScenarioPlugin::default(),
-    ))
-    .insert_resource(Time::<Fixed>::from_hz(60.0))
-    .insert_resource(TimeUpdateStrategy::FixedTimesteps(1))
-    .init_resource::<Trace>();
-    let prepared = library().load("first_cuts").unwrap().prepare().unwrap();
-    spawn_exercise(app.world_mut(), prepared);
-    // The clock starts with the first update: no step yet.
-    app.update();
-    app
+fn trial() -> Trial {
+    let mut trial = Trial::new(());
+    trial.app.init_resource::<Trace>();
+    trial.start("first_cuts").unwrap();
+    trial
 }
 
 #[test]
@@ -79,8 +68,7 @@ fn the_marked_part_is_middle_lobe_off_the_capsule() {
 
 #[test]
 fn spawning_another_exercise_replaces_the_first() {
-    let mut app = app();
-    app.insert_resource(RunState::Running);
+    let mut app = trial().app;
     app.update();
     let first = app.world().resource::<ActiveExercise>().clone();
     let parts = app
@@ -108,8 +96,7 @@ fn spawning_another_exercise_replaces_the_first() {
 
 #[test]
 fn a_bad_exercise_changes_nothing() {
-    let mut app = app();
-    app.insert_resource(RunState::Running);
+    let mut app = trial().app;
     app.update();
     let before = Report::of_world(app.world()).unwrap();
     let entities = app.world().entities().len();
@@ -128,31 +115,25 @@ fn a_bad_exercise_changes_nothing() {
 
 /// Loop out from the start, down into the lobe, then drawn back with current. Returns report and trace.
 fn cut_once() -> (Report, Vec<u8>) {
-    let mut app = app();
-    let (instrument, tissue) = {
-        let active = app.world().resource::<ActiveExercise>();
-        (active.instrument, active.tissue)
-    };
-    assert!(!app.world().get::<TissueTint>(tissue).unwrap().nodes.is_empty());
-    let start = *app.world().get::<InstrumentState>(instrument).unwrap();
-    app.insert_resource(RunState::Running);
-    for step in 0..150 {
+    let mut trial = trial();
+    let tint = trial.app.world().get::<TissueTint>(trial.active().tissue);
+    assert!(!tint.unwrap().nodes.is_empty());
+    let start = *trial.on_instrument::<InstrumentState>().unwrap();
+    trial.steps_by(150, |step, state| {
         let out = (step as f32 / 40.0).min(1.0);
         let back = ((step as f32 - 60.0) / 60.0).clamp(0.0, 1.0);
-        let state = InstrumentState {
+        *state = InstrumentState {
             insertion_mm: start.insertion_mm + 15.0,
             pitch_deg: -8.0 * out,
             stroke_mm: 25.0 * (out - back),
             cut: (60..120).contains(&step),
             ..start
         };
-        app.world_mut().get_mut::<InstrumentRequest>(instrument).unwrap().0 = state;
-        app.update();
-    }
-    app.insert_resource(RunState::Ended(EndReason::Player));
+    });
+    trial.app.insert_resource(RunState::Ended(EndReason::Player));
     let mut csv = Vec::new();
-    app.world().resource::<Trace>().write_csv(&mut csv).unwrap();
-    (Report::of_world(app.world()).unwrap(), csv)
+    trial.app.world().resource::<Trace>().write_csv(&mut csv).unwrap();
+    (trial.report(), csv)
 }
 
 #[test]

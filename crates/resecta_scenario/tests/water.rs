@@ -1,40 +1,11 @@
 //! Blood and water of an exercise, on the whole stack.
 
-use std::path::Path;
-
-use bevy::{prelude::*, time::TimeUpdateStrategy};
-use resecta_fluid::{Absorption, Bladder, Circulation, FluidPlugins, Irrigation, Lens, Turbidity, VesselKind, Vessels};
-use resecta_instrument::{
-    InstrumentPlugin, InstrumentRecording, InstrumentRequest, InstrumentScript, InstrumentSource, InstrumentState,
-    Resectoscope,
-};
-use resecta_scenario::{ActiveExercise, Library, MetricId, Metrics, RunState, ScenarioPlugin, spawn_exercise};
+use bevy::prelude::*;
+use resecta_fluid::{Absorption, Bladder, Circulation, Irrigation, Lens, Turbidity, VesselKind, Vessels};
+use resecta_instrument::{InstrumentRecording, InstrumentRequest, InstrumentSource, InstrumentState, Resectoscope};
+use resecta_scenario::{ActiveExercise, MetricId, Metrics, RunState, testing::Trial};
 use resecta_solver::NodeKind;
-use resecta_tissue::{Tissue, TissueContact, TissuePlugin, ToolPartKind};
-
-fn app(exercise: &str) -> App {
-    let mut app = App::new();
-    app.add_plugins((
-        MinimalPlugins,
-        TissuePlugin::default(),
-        FluidPlugins::default(),
-        InstrumentPlugin,
-        ScenarioPlugin::default(),
-    ))
-    .insert_resource(Time::<Fixed>::from_hz(60.0))
-    .insert_resource(TimeUpdateStrategy::FixedTimesteps(1));
-    start(&mut app, exercise);
-    // The clock starts with the first update: no step yet.
-    app.update();
-    app
-}
-
-fn start(app: &mut App, exercise: &str) {
-    let library = Library::new(Path::new("../../assets"));
-    let prepared = library.load(exercise).and_then(|loaded| loaded.prepare()).unwrap();
-    spawn_exercise(app.world_mut(), prepared);
-    app.insert_resource(RunState::Running);
-}
+use resecta_tissue::{Tissue, TissueContact, ToolPartKind};
 
 fn value(app: &App, metric: MetricId) -> f64 {
     app.world().resource::<Metrics>().value(metric)
@@ -42,7 +13,9 @@ fn value(app: &App, metric: MetricId) -> f64 {
 
 #[test]
 fn a_cut_artery_bleeds_clouds_the_water_and_is_counted_until_another_exercise_begins() {
-    let mut app = app("middle_lobe");
+    let mut trial = Trial::new(());
+    trial.start("middle_lobe").unwrap();
+    let app = &mut trial.app;
     let ActiveExercise { tissue, instrument, .. } = *app.world().resource::<ActiveExercise>();
     app.insert_resource(RunState::Briefing);
     for _ in 0..60 {
@@ -60,8 +33,8 @@ fn a_cut_artery_bleeds_clouds_the_water_and_is_counted_until_another_exercise_be
     }
     let totals = *app.world().resource::<Bladder>().totals();
     assert!(totals.irrigated_ml > 3.0, "{totals:?}");
-    assert!((value(&app, MetricId::Irrigated) - totals.irrigated_ml).abs() < 1e-9);
-    assert_eq!(value(&app, MetricId::BloodLost), 0.0);
+    assert!((value(app, MetricId::Irrigated) - totals.irrigated_ml).abs() < 1e-9);
+    assert_eq!(value(app, MetricId::BloodLost), 0.0);
 
     // The pentahedra of ten arteries go at once.
     let vessels = app.world().get::<Vessels>(tissue).expect("the exercise names them");
@@ -77,7 +50,7 @@ fn a_cut_artery_bleeds_clouds_the_water_and_is_counted_until_another_exercise_be
     }
     let lost = app.world().resource::<Circulation>().blood_loss_ml();
     assert!(lost > 0.5, "{lost} ml");
-    assert!((value(&app, MetricId::BloodLost) - lost).abs() < 1e-9);
+    assert!((value(app, MetricId::BloodLost) - lost).abs() < 1e-9);
     assert!(app.world().resource::<Turbidity>().visibility() < 1.0);
     // The lens is where the telescope is.
     let state = *app.world().get::<InstrumentState>(instrument).unwrap();
@@ -85,11 +58,9 @@ fn a_cut_artery_bleeds_clouds_the_water_and_is_counted_until_another_exercise_be
     let lens = app.world().get::<Lens>(instrument).unwrap();
     assert_eq!(lens.tip, Vec3::from(scope.lens_pose(&state).translation));
 
-    start(&mut app, "first_cuts");
-    for _ in 0..3 {
-        app.update();
-    }
-    let world = app.world();
+    trial.start("first_cuts").unwrap();
+    trial.steps(3);
+    let world = trial.app.world();
     assert!(!world.contains_resource::<Bladder>() && !world.contains_resource::<Irrigation>());
     assert!(!world.contains_resource::<Circulation>() && !world.contains_resource::<Turbidity>());
     assert!(!world.contains_resource::<Absorption>());
@@ -99,26 +70,19 @@ fn a_cut_artery_bleeds_clouds_the_water_and_is_counted_until_another_exercise_be
         MetricId::Absorbed,
         MetricId::BlindTime,
     ] {
-        assert_eq!(value(&app, metric), 0.0, "{metric}");
+        assert_eq!(value(&trial.app, metric), 0.0, "{metric}");
     }
 }
 
 /// The water of `middle_lobe` over a coarser gland that nothing touches, played by a script.
 fn flushing(script: &str) -> App {
-    let mut app = app("middle_lobe");
-    let library = Library::new(Path::new("../../assets"));
-    let mut loaded = library.load("middle_lobe").unwrap();
+    let mut trial = Trial::new(());
+    let mut loaded = trial.library().unwrap().load("middle_lobe").unwrap();
     loaded.exercise.alpha_deg = 20.0;
     loaded.exercise.models.collision = false;
-    let prepared = loaded.prepare().unwrap();
-    let limits = prepared.resectoscope.limits;
-    let script = InstrumentScript::from_ron(script, Path::new("flush.ron"), &limits).unwrap();
-    let ActiveExercise { instrument, .. } = spawn_exercise(app.world_mut(), prepared);
-    app.world_mut()
-        .entity_mut(instrument)
-        .insert(InstrumentSource::Script(script));
-    app.insert_resource(RunState::Running);
-    app
+    trial.start(loaded).unwrap();
+    trial.follow_script(script).unwrap();
+    trial.app
 }
 
 fn taps(app: &App) -> [f64; 2] {

@@ -13,7 +13,11 @@ mod sphincter;
 mod table;
 mod water;
 
+use std::collections::BTreeMap;
+
 use bevy::prelude::*;
+
+use crate::extension::ExtensionMetric;
 
 pub use capsule::CapsuleTouches;
 pub use chips::ChipMasses;
@@ -49,6 +53,8 @@ pub struct Metrics {
     pub steps_done: u32,
     /// Where the cut tissue is.
     pub chips: ChipMasses,
+    /// What extensions measure, of the metrics and goals that the exercise names.
+    pub extensions: BTreeMap<ExtensionMetric, f64>,
 }
 
 impl Metrics {
@@ -97,12 +103,18 @@ impl Metrics {
             MetricId::BlindTime => water.blind_s,
             MetricId::ChipsInBladder => chips.in_body_g,
             MetricId::ChipsFlushed => chips.flushed_g,
+            MetricId::Extension(metric) => self.extension(metric),
         }
     }
 
     /// Simulated time of the run, s: steps times the length of a step, so that no rounding piles up.
     pub fn elapsed_s(&self) -> f64 {
         self.steps as f64 * self.step_s
+    }
+
+    /// The value of an extension's metric; 0 of one that the exercise does not name.
+    pub(crate) fn extension(&self, metric: ExtensionMetric) -> f64 {
+        self.extensions.get(&metric).copied().unwrap_or_default()
     }
 
     pub(crate) fn count_step(&mut self, observation: &StepObservation) {

@@ -5,7 +5,7 @@ use std::fmt;
 use bevy::reflect::Reflect;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-use crate::errors::nearest;
+use crate::extension::{ExtensionMetric, known_metric};
 
 /// Which way a metric improves. Pars of a score line must run that way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Reflect)]
@@ -39,10 +39,12 @@ macro_rules! metrics {
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Reflect)]
         pub enum MetricId {
             $($(#[doc = $doc])+ $variant,)+
+            /// A metric of an extension.
+            Extension(ExtensionMetric),
         }
 
         impl MetricId {
-            /// Every metric, in the order of reports.
+            /// Every built-in metric, in the order of reports.
             pub const ALL: &'static [MetricId] = &[$(MetricId::$variant,)+];
 
             /// What this metric is.
@@ -55,6 +57,7 @@ macro_rules! metrics {
                         better: Better::$better,
                         doc: concat!($($doc),+).trim_ascii(),
                     },)+
+                    MetricId::Extension(metric) => metric.info(),
                 }
             }
         }
@@ -131,7 +134,7 @@ metrics! {
 }
 
 impl MetricId {
-    /// The metric of this id.
+    /// The built-in metric of this id.
     pub fn from_id(id: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|metric| metric.info().id == id)
     }
@@ -151,12 +154,7 @@ impl Serialize for MetricId {
 
 impl<'de> Deserialize<'de> for MetricId {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let id = String::deserialize(deserializer)?;
-        Self::from_id(&id).ok_or_else(|| {
-            let ids = Self::ALL.iter().map(|metric| metric.info().id);
-            let hint = nearest(&id, ids).map(|id| format!("; did you mean `{id}`?"));
-            de::Error::custom(format_args!("unknown metric \"{id}\"{}", hint.unwrap_or_default()))
-        })
+        known_metric(&String::deserialize(deserializer)?).map_err(de::Error::custom)
     }
 }
 

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use bevy::{prelude::*, time::TimeUpdateStrategy};
+use bevy::prelude::*;
 use resecta_anatomy::{Case, CaseSource, Landmarks, Unit, Zone};
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::{
     ActiveExercise, Exercise, LatticeSummary, MarkedRegion, MetricId, Metrics, RunState, ScenarioPlugin, ScoreCard,
-    Walls,
+    Walls, headless,
 };
 use resecta_solver::NodeKind;
 use resecta_tissue::{TissueContact, TissueResected, ToolPartKind};
@@ -49,7 +49,7 @@ impl Bench {
         let mut app = App::new();
         app.add_plugins((MinimalPlugins, ScenarioPlugin::default()))
             .insert_resource(Time::<Fixed>::from_hz(60.0))
-            .insert_resource(TimeUpdateStrategy::FixedTimesteps(1));
+            .insert_resource(headless::one_step_an_update());
         let tissue = app.world_mut().spawn_empty().id();
         let resectoscope = Resectoscope::new(Vec3::ZERO, Vec3::Z, Vec3::NEG_Y).unwrap();
         let instrument = app.world_mut().spawn(resectoscope).id();

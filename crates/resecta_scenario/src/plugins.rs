@@ -6,8 +6,9 @@ use bevy::{app::PluginGroupBuilder, prelude::*};
 use resecta_chips::ChipsPlugin;
 use resecta_fluid::FluidPlugins;
 use resecta_instrument::InstrumentPlugin;
-use resecta_scenario::ScenarioPlugin;
 use resecta_tissue::TissuePlugin;
+
+use crate::plugin::ScenarioPlugin;
 
 /// Fixed steps a second.
 pub const STEP_HZ: f64 = 60.0;

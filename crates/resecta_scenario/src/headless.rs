@@ -7,9 +7,14 @@ use std::num::NonZeroUsize;
 
 use bevy::{app::TaskPoolPlugin, prelude::*, time::TimeUpdateStrategy};
 use resecta_instrument::InstrumentSource;
-use resecta_scenario::{ActiveExercise, EndReason, Metrics, PreparedExercise, RunState, spawn_exercise};
 
-use crate::ResectaPlugins;
+use crate::{
+    active::{ActiveExercise, spawn_exercise},
+    metrics::Metrics,
+    plugins::ResectaPlugins,
+    prepare::PreparedExercise,
+    state::{EndReason, RunState},
+};
 
 /// An app with [`ResectaPlugins`] and no window, whose every update but the first is exactly one fixed step. The first
 /// only sets the clocks.
@@ -63,8 +68,8 @@ pub fn steps(world: &World) -> u64 {
     world.get_resource::<Metrics>().map_or(0, |metrics| metrics.steps)
 }
 
-/// What `App::run` does before the first update of an app that is driven by hand.
-pub(crate) fn finish_plugins(app: &mut App) {
+/// What `App::run` does before the first update, for an app that is driven by hand.
+pub fn finish_plugins(app: &mut App) {
     use bevy::app::PluginsState;
     if app.plugins_state() == PluginsState::Cleaned {
         return;

@@ -25,9 +25,13 @@ pub fn find() -> Result<PathBuf, AssetsMissing> {
     let beside_executable = std::env::current_exe()
         .ok()
         .and_then(|executable| Some(executable.parent()?.to_owned()));
-    let source = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    // This crate lies two folders below the package.
+    let source = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .ancestors()
+        .nth(2)
+        .map(Path::to_owned);
     first_of(
-        [Some(working_directory), beside_executable, Some(source)]
+        [Some(working_directory), beside_executable, source]
             .into_iter()
             .flatten(),
     )
