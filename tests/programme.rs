@@ -1,0 +1,95 @@
+//! The shipped programme: the reference player of every exercise earns at least silver, nobody at the instrument earns no medal,
+//! and limits end the run of somebody reckless.
+
+use resecta::{
+    assets,
+    instrument::{InstrumentScript, InstrumentSource, Resectoscope},
+    players::{self, Player, PlayersPlugin},
+    scenario::{EndReason, Medal, Report},
+    testing::Trial,
+};
+
+/// Who shows how an exercise is played.
+enum Reference {
+    Script(&'static str),
+    Player(Player),
+}
+
+/// The exercises that are played to their end in a minute or so.
+const SHORT: [(&str, Reference); 5] = [
+    ("orientation", Reference::Script("orientation.ron")),
+    ("loop_control", Reference::Player(Player::Careful)),
+    ("left_lobe", Reference::Player(Player::Careful)),
+    ("right_lobe", Reference::Player(Player::Careful)),
+    ("apex", Reference::Player(Player::Careful)),
+];
+/// Those that take many.
+const LONG: [(&str, Reference); 1] = [("five_minutes", Reference::Player(Player::Careful))];
+
+fn started(exercise: &str) -> Trial {
+    let mut trial = Trial::new(PlayersPlugin);
+    trial.start(exercise).unwrap();
+    trial
+}
+
+fn play(exercise: &str, reference: &Reference) -> Report {
+    let mut trial = started(exercise);
+    match reference {
+        Reference::Script(name) => {
+            let file = assets::find().unwrap().join("scripts").join(name);
+            let limits = trial.on_instrument::<Resectoscope>().unwrap().limits;
+            trial.follow(InstrumentSource::Script(
+                InstrumentScript::load(&file, &limits).unwrap(),
+            ));
+        }
+        Reference::Player(player) => players::seat(trial.app.world_mut(), *player),
+    }
+    trial.play();
+    trial.report()
+}
+
+fn earns_silver((exercise, reference): &(&str, Reference)) {
+    let report = play(exercise, reference);
+    assert!(
+        report.score.medal >= Some(Medal::Silver),
+        "{exercise}: {:?} for {} points",
+        report.score.medal,
+        report.score.total
+    );
+}
+
+#[test]
+fn the_reference_player_of_every_short_exercise_earns_at_least_silver() {
+    SHORT.iter().for_each(earns_silver);
+}
+
+#[test]
+#[ignore = "many minutes"]
+fn the_reference_player_of_every_long_exercise_earns_at_least_silver() {
+    LONG.iter().for_each(earns_silver);
+}
+
+#[test]
+fn nobody_at_the_instrument_earns_nothing() {
+    for (exercise, _) in SHORT.iter().chain(&LONG) {
+        let mut trial = started(exercise);
+        // No limit of time is nearer than a minute: what is not earned in five seconds of doing nothing is not earned in more.
+        trial.steps(300);
+        let report = trial.report();
+        assert_eq!((report.score.total, report.score.medal), (0.0, None), "{exercise}");
+    }
+}
+
+#[test]
+fn limits_end_the_run_of_somebody_reckless() {
+    for exercise in ["left_lobe", "right_lobe", "apex"] {
+        let mut trial = started(exercise);
+        players::seat(trial.app.world_mut(), Player::Careless);
+        let ended = trial.play();
+        assert!(
+            matches!(ended, EndReason::Perforated | EndReason::SphincterInjured),
+            "{exercise}: {ended:?}"
+        );
+        assert!(trial.report().score.medal < Some(Medal::Gold), "{exercise}");
+    }
+}
