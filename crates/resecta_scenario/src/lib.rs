@@ -8,7 +8,7 @@
 //! | to find | look in |
 //! |---|---|
 //! | what an exercise file may say | `exercise.rs` |
-//! | which rules it must keep | `rules.rs` |
+//! | which rules it must keep | `rules.rs`, `reach.rs` |
 //! | which tissue is marked | `region.rs` |
 //! | which blood and water it has | `water.rs` |
 //! | whether what is cut free floats | `chips.rs` |
@@ -49,6 +49,7 @@ mod pars;
 mod parse;
 mod plugin;
 mod prepare;
+mod reach;
 mod region;
 mod report;
 mod rules;
@@ -77,6 +78,7 @@ pub use plugin::{ScenarioPlugin, ScenarioSystems};
 pub use prepare::{LatticeSummary, PreparedExercise};
 pub use region::MarkedRegion;
 pub use report::{CaseSummary, ExerciseSummary, FORMAT, MetricValue, Report, RunSummary, StepSummary, state_hash};
+pub use resecta_text::Place;
 pub use run_log::{LogSample, RunLog, STEPS_A_SAMPLE};
 pub use score::{GoalState, PartScore, ScoreCard, ScoreLine};
 pub use state::{CapsulePerforated, EndReason, RunState};
