@@ -11,6 +11,7 @@ mod rates;
 mod run;
 mod solve;
 mod timing;
+mod validate;
 
 use std::path::{Path, PathBuf};
 
@@ -49,6 +50,7 @@ enum Command {
     Import(import::Import),
     Generate(generate::Generate),
     Mesh(mesh::Mesh),
+    Validate(validate::Validate),
     Run(run::Run),
     Rates(rates::Rates),
     Solve(solve::Solve),
@@ -63,6 +65,7 @@ impl Cli {
             Some(Command::Import(import)) => import.run(),
             Some(Command::Generate(generate)) => generate.run(),
             Some(Command::Mesh(mesh)) => mesh.run(),
+            Some(Command::Validate(validate)) => validate.run(),
             Some(Command::Run(run)) => run.run(),
             Some(Command::Rates(rates)) => rates.run(),
             Some(Command::Solve(solve)) => solve.run(),

@@ -21,6 +21,7 @@
 //! | samples of a run over time | `run_log.rs` |
 //! | what ends a run early | `limits.rs` |
 //! | what to do better | `advice.rs` |
+//! | whether files are good | `validate.rs` |
 //! | the order of a step | `plugin.rs` |
 //!
 //! ```no_run
@@ -59,6 +60,7 @@ mod state;
 mod steps;
 mod trace;
 mod trigger;
+mod validate;
 mod walls;
 mod water;
 
@@ -85,6 +87,7 @@ pub use state::{CapsulePerforated, EndReason, RunState};
 pub use steps::{Step, StepProgress};
 pub use trace::{COLUMNS, Trace, TraceRow};
 pub use trigger::Trigger;
+pub use validate::{FileFault, Validation};
 pub use walls::Walls;
 pub use water::{Bleeding, Water};
 
