@@ -4,7 +4,7 @@ mod common;
 
 use std::{fs, path::Path};
 
-use common::{EXERCISE, names, resecta, succeed, write};
+use common::{EXERCISE, SCRIPT, names, refuse, resecta, succeed, write};
 use resecta::anatomy::{Case, Lattice, LatticeOptions};
 
 /// The number that follows `name` in what `mesh` prints.
@@ -157,4 +157,33 @@ fn validate_tells_every_fault_of_every_file_and_ends_with_a_count() {
     let printed = succeed(folder, ["validate", "good.exercise.ron"]);
     assert_eq!(printed, "good.exercise.ron: good\n1 of 1 files good\n");
     assert_eq!(resecta(folder, ["validate"]).status.code(), Some(2));
+}
+
+#[test]
+fn what_new_writes_is_good_and_plays_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    succeed(folder, ["new", "exercise", "my_first"]);
+    succeed(folder, ["new", "case", "own"]);
+    assert_eq!(names(folder), ["my_first.exercise.ron", "own.case.ron"]);
+    succeed(folder, ["validate", "."]);
+    write(folder, "script.ron", SCRIPT);
+    let run = ["run", "my_first.exercise.ron", "--script", "script.ron", "--out", "out"];
+    let printed = succeed(folder, run);
+    assert!(printed.starts_with("My first: "), "{printed}");
+    mesh(folder, "own.case.ron");
+}
+
+#[test]
+fn new_replaces_nothing_and_takes_only_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "mine.exercise.ron", "mine");
+    let message = refuse(folder, ["new", "exercise", "mine"]);
+    assert!(message.contains("mine.exercise.ron: is there already"), "{message}");
+    assert_eq!(fs::read_to_string(folder.join("mine.exercise.ron")).unwrap(), "mine");
+    for bad in ["../mine", "/mine", "My", "a.b", ""] {
+        assert_eq!(resecta(folder, ["new", "case", bad]).status.code(), Some(2), "{bad}");
+    }
+    assert_eq!(names(folder), ["mine.exercise.ron"]);
 }

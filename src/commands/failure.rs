@@ -63,6 +63,8 @@ pub enum Failure {
     Solve { scene: PathBuf, problem: String },
     #[error("{faults} faults in {bad} of {files} files")]
     Invalid { faults: usize, bad: usize, files: usize },
+    #[error("{}: is there already; another name writes another file", file.display())]
+    IsThere { file: PathBuf },
     #[error("{}: cannot be written: {source}", file.display())]
     Write { file: PathBuf, source: io::Error },
     #[error("{}: out: {rule}", folder.display())]

@@ -7,6 +7,7 @@ mod gallery;
 mod generate;
 mod import;
 mod mesh;
+mod new;
 mod rates;
 mod run;
 mod solve;
@@ -50,6 +51,7 @@ enum Command {
     Import(import::Import),
     Generate(generate::Generate),
     Mesh(mesh::Mesh),
+    New(new::New),
     Validate(validate::Validate),
     Run(run::Run),
     Rates(rates::Rates),
@@ -65,6 +67,7 @@ impl Cli {
             Some(Command::Import(import)) => import.run(),
             Some(Command::Generate(generate)) => generate.run(),
             Some(Command::Mesh(mesh)) => mesh.run(),
+            Some(Command::New(new)) => new.run(),
             Some(Command::Validate(validate)) => validate.run(),
             Some(Command::Run(run)) => run.run(),
             Some(Command::Rates(rates)) => rates.run(),

@@ -22,6 +22,7 @@
 //! | what ends a run early | `limits.rs` |
 //! | what to do better | `advice.rs` |
 //! | whether files are good | `validate.rs` |
+//! | a file to begin with | `template.rs` |
 //! | the order of a step | `plugin.rs` |
 //!
 //! ```no_run
@@ -58,6 +59,7 @@ mod run_log;
 mod score;
 mod state;
 mod steps;
+mod template;
 mod trace;
 mod trigger;
 mod validate;
@@ -85,6 +87,7 @@ pub use run_log::{LogSample, RunLog, STEPS_A_SAMPLE};
 pub use score::{GoalState, PartScore, ScoreCard, ScoreLine};
 pub use state::{CapsulePerforated, EndReason, RunState};
 pub use steps::{Step, StepProgress};
+pub use template::{check_name, new_case, new_exercise};
 pub use trace::{COLUMNS, Trace, TraceRow};
 pub use trigger::Trigger;
 pub use validate::{FileFault, Validation};

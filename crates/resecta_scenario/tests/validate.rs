@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use resecta_scenario::{Library, Validation};
+use resecta_scenario::{Exercise, Library, Validation, check_name, new_case, new_exercise};
 
 fn library() -> Library {
     Library::new(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets"))
@@ -37,6 +37,47 @@ fn what_ships_is_good() {
     assert_eq!(validation.faults(), 0, "{validation}");
     assert_eq!(validation.good(), 8, "{validation}");
     assert_eq!(validation.passed_over.len(), 3, "scripts: {validation}");
+}
+
+#[test]
+fn a_new_exercise_and_a_new_case_are_good_as_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    fs::write(file("my_first.exercise.ron"), new_exercise("my_first")).unwrap();
+    fs::write(file("own.case.ron"), new_case("own")).unwrap();
+    let with_own_case = new_exercise("with_own_case").replace("case: \"medium\"", "case: \"own.case.ron\"");
+    fs::write(file("with_own_case.exercise.ron"), with_own_case).unwrap();
+    let validation = library().validate([folder.path()]);
+    assert_eq!((validation.good(), validation.faults()), (3, 0), "{validation}");
+    let loaded = library().load(file("my_first.exercise.ron").to_str().unwrap()).unwrap();
+    assert_eq!(loaded.exercise.title, "My first");
+}
+
+#[test]
+fn a_file_that_ends_anywhere_is_told_where() {
+    let text = new_exercise("my_first");
+    let end = text.trim_end().len();
+    for cut in (0..end).filter(|&cut| text.is_char_boundary(cut)) {
+        let told = Exercise::from_ron(&text[..cut], Path::new("cut.exercise.ron"))
+            .unwrap_err()
+            .to_string();
+        let mut parts = told.split(':');
+        assert_eq!(parts.next(), Some("cut.exercise.ron"), "{told}");
+        assert!(parts.next().is_some_and(|line| line.parse::<usize>().is_ok()), "{told}");
+    }
+}
+
+#[test]
+fn only_names_that_are_files_everywhere_are_names() {
+    for good in ["a", "my_first", "x2"] {
+        assert_eq!(check_name(good), Ok(()), "{good}");
+    }
+    let long = "a".repeat(65);
+    for bad in [
+        "", "My", "2x", "_x", "a b", "a/b", "../a", "a.b", "é", "con", "com1", &long,
+    ] {
+        assert!(check_name(bad).is_err(), "{bad}");
+    }
 }
 
 #[test]
