@@ -4,7 +4,7 @@ mod common;
 
 use std::{fs, path::Path};
 
-use common::{names, succeed};
+use common::{EXERCISE, SCRIPT, names, refuse, resecta, succeed, write};
 use resecta::anatomy::{Case, Lattice, LatticeOptions};
 
 /// The number that follows `name` in what `mesh` prints.
@@ -112,7 +112,7 @@ fn an_imported_case_reads_back_as_it_was_made() {
         .map(|slice| serde_json::json!({"z": 5 * slice, "capsule": ring(20.0), "urethra": null, "transition_zone": null}))
         .collect();
     let contours = serde_json::json!({"unit": "mm", "slices": slices});
-    common::write(folder.path(), "ring.contours.json", contours.to_string());
+    write(folder.path(), "ring.contours.json", contours.to_string());
     succeed(
         folder.path(),
         [
@@ -131,4 +131,59 @@ fn an_imported_case_reads_back_as_it_was_made() {
         fs::read_to_string(folder.path().join("ring.case.ron")).unwrap()
     );
     Lattice::build(&case, &LatticeOptions::default()).unwrap();
+}
+
+#[test]
+fn validate_tells_every_fault_of_every_file_and_ends_with_a_count() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "good.exercise.ron", EXERCISE);
+    let bad = EXERCISE
+        .replace("share: 0.9", "share: 1.9")
+        .replace("time_s: 3", "time_s: 0");
+    write(folder, "bad.exercise.ron", bad);
+    write(folder, "notes.txt", "");
+    let output = resecta(folder, ["validate", "."]);
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(
+        String::from_utf8(output.stdout).unwrap(),
+        "./bad.exercise.ron:7:33: goals[0].RemoveMarked.share is 1.9; expected a share above 0 and at most 1\n\
+         ./bad.exercise.ron:8:22: limits.time_s is 0; expected a finite number of s above 0\n\
+         ./good.exercise.ron: good\n\
+         ./notes.txt: passed over: neither exercise nor case\n"
+    );
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(told, "error: 2 faults in 1 of 2 files\n");
+    let printed = succeed(folder, ["validate", "good.exercise.ron"]);
+    assert_eq!(printed, "good.exercise.ron: good\n1 of 1 files good\n");
+    assert_eq!(resecta(folder, ["validate"]).status.code(), Some(2));
+}
+
+#[test]
+fn what_new_writes_is_good_and_plays_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    succeed(folder, ["new", "exercise", "my_first"]);
+    succeed(folder, ["new", "case", "own"]);
+    assert_eq!(names(folder), ["my_first.exercise.ron", "own.case.ron"]);
+    succeed(folder, ["validate", "."]);
+    write(folder, "script.ron", SCRIPT);
+    let run = ["run", "my_first.exercise.ron", "--script", "script.ron", "--out", "out"];
+    let printed = succeed(folder, run);
+    assert!(printed.starts_with("My first: "), "{printed}");
+    mesh(folder, "own.case.ron");
+}
+
+#[test]
+fn new_replaces_nothing_and_takes_only_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "mine.exercise.ron", "mine");
+    let message = refuse(folder, ["new", "exercise", "mine"]);
+    assert!(message.contains("mine.exercise.ron: is there already"), "{message}");
+    assert_eq!(fs::read_to_string(folder.join("mine.exercise.ron")).unwrap(), "mine");
+    for bad in ["../mine", "/mine", "My", "a.b", ""] {
+        assert_eq!(resecta(folder, ["new", "case", bad]).status.code(), Some(2), "{bad}");
+    }
+    assert_eq!(names(folder), ["mine.exercise.ron"]);
 }

@@ -61,6 +61,10 @@ pub enum Failure {
     Accuracy(#[from] resecta_methods::ReportError),
     #[error("{}: {problem}", scene.display())]
     Solve { scene: PathBuf, problem: String },
+    #[error("{faults} faults in {bad} of {files} files")]
+    Invalid { faults: usize, bad: usize, files: usize },
+    #[error("{}: is there already; another name writes another file", file.display())]
+    IsThere { file: PathBuf },
     #[error("{}: cannot be written: {source}", file.display())]
     Write { file: PathBuf, source: io::Error },
     #[error("{}: out: {rule}", folder.display())]

@@ -7,10 +7,12 @@ mod gallery;
 mod generate;
 mod import;
 mod mesh;
+mod new;
 mod rates;
 mod run;
 mod solve;
 mod timing;
+mod validate;
 
 use std::path::{Path, PathBuf};
 
@@ -49,6 +51,8 @@ enum Command {
     Import(import::Import),
     Generate(generate::Generate),
     Mesh(mesh::Mesh),
+    New(new::New),
+    Validate(validate::Validate),
     Run(run::Run),
     Rates(rates::Rates),
     Solve(solve::Solve),
@@ -63,6 +67,8 @@ impl Cli {
             Some(Command::Import(import)) => import.run(),
             Some(Command::Generate(generate)) => generate.run(),
             Some(Command::Mesh(mesh)) => mesh.run(),
+            Some(Command::New(new)) => new.run(),
+            Some(Command::Validate(validate)) => validate.run(),
             Some(Command::Run(run)) => run.run(),
             Some(Command::Rates(rates)) => rates.run(),
             Some(Command::Solve(solve)) => solve.run(),

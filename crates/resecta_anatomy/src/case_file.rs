@@ -4,9 +4,9 @@ use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-use serde::de::DeserializeOwned;
+use resecta_text::{Place, at_field, did_you_mean, place_of};
 
-use crate::{Case, CaseRuleError};
+use crate::{Case, CaseRuleError, complete::UrethraEnds, validate::drop_repeated_corners};
 
 /// Largest case or contour file that is read, bytes.
 pub const MAX_FILE_BYTES: u64 = 64 << 20;
@@ -29,24 +29,26 @@ pub enum CaseError {
         file: PathBuf,
     },
     /// Not RON, a wrong, unknown or missing field, or an unknown unit.
-    #[error("{}:{line}:{column}: {field}: {message}", file.display())]
+    #[error("{}:{place}: {}{message}{}", file.display(), at_field(field), did_you_mean(nearest))]
     Syntax {
         /// The file.
         file: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// Path of the field, for example `slices[3].capsule[17]`.
+        /// Where in it.
+        place: Place,
+        /// Path of the field, for example `slices[3].capsule[17]`; `.` for the file as a whole.
         field: String,
-        /// What is wrong with it.
+        /// What is wrong with it, and what was expected.
         message: String,
+        /// The nearest valid name, where a name is unknown.
+        nearest: Option<String>,
     },
     /// Well formed, but no case.
-    #[error("{}: {rule}", file.display())]
+    #[error("{}:{place}: {rule}", file.display())]
     Rule {
         /// The file.
         file: PathBuf,
+        /// Where the field stands, or what should hold it.
+        place: Place,
         /// The rule it breaks.
         #[source]
         rule: CaseRuleError,
@@ -87,19 +89,39 @@ impl Case {
     ///
     /// # Errors
     ///
-    /// [`CaseError::Syntax`] or [`CaseError::Rule`].
+    /// [`CaseError::Syntax`] or [`CaseError::Rule`], the first of [`Case::examine`].
     pub fn from_ron(text: &str, file: &Path) -> Result<Case, CaseError> {
-        let case: Case = parse_ron(text).map_err(|(line, column, field, message)| CaseError::Syntax {
+        Case::examine(text, file).map_err(|mut errors| errors.swap_remove(0))
+    }
+
+    /// Parses, checks and completes a case, and tells all that is wrong with it.
+    ///
+    /// # Errors
+    ///
+    /// At least one: a [`CaseError::Syntax`] alone, or every [`CaseError::Rule`].
+    pub fn examine(text: &str, file: &Path) -> Result<Case, Vec<CaseError>> {
+        let broken = |rule: CaseRuleError| CaseError::Rule {
             file: file.into(),
-            line,
-            column,
-            field,
-            message,
-        })?;
-        case.complete().map_err(|rule| CaseError::Rule {
-            file: file.into(),
+            place: place_of(text, &rule.field())
+                .or_else(|| place_of(text, "."))
+                .unwrap_or_default(),
             rule,
-        })
+        };
+        let mut case: Case = resecta_text::read(text).map_err(|slip| {
+            vec![CaseError::Syntax {
+                file: file.into(),
+                place: slip.place,
+                field: slip.field,
+                message: slip.message,
+                nearest: slip.nearest,
+            }]
+        })?;
+        drop_repeated_corners(&mut case);
+        let rules = case.faults();
+        if !rules.is_empty() {
+            return Err(rules.into_iter().map(broken).collect());
+        }
+        case.fill_in(UrethraEnds::default()).map_err(|rule| vec![broken(rule)])
     }
 
     /// The text of a `*.case.ron` file, one contour a line.
@@ -129,34 +151,6 @@ pub(crate) fn read_limited(path: &Path, limit: u64) -> io::Result<Option<Vec<u8>
     let mut bytes = Vec::new();
     File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
     Ok((bytes.len() as u64 <= limit).then_some(bytes))
-}
-
-/// Line, column, field and what is wrong.
-fn parse_ron<T: DeserializeOwned>(text: &str) -> Result<T, (usize, usize, String, String)> {
-    let whole = |error: ron::error::SpannedError| {
-        (
-            error.span.start.line,
-            error.span.start.col,
-            "file".to_owned(),
-            error.code.to_string(),
-        )
-    };
-    let mut deserializer = ron::Deserializer::from_str(text).map_err(whole)?;
-    let value = serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
-        let field = error.path().to_string();
-        let field = if field == "." { "file".to_owned() } else { field };
-        let spanned = deserializer.span_error(error.into_inner());
-        (
-            spanned.span.start.line,
-            spanned.span.start.col,
-            field,
-            spanned.code.to_string(),
-        )
-    })?;
-    deserializer
-        .end()
-        .map_err(|error| whole(deserializer.span_error(error)))?;
-    Ok(value)
 }
 
 fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {

@@ -88,6 +88,11 @@ impl Case {
     pub(crate) fn complete_with(mut self, ends: UrethraEnds) -> Result<Case, CaseRuleError> {
         drop_repeated_corners(&mut self);
         self.validate()?;
+        self.fill_in(ends)
+    }
+
+    /// Completes a case that has been checked.
+    pub(crate) fn fill_in(mut self, ends: UrethraEnds) -> Result<Case, CaseRuleError> {
         self.complete_urethra(ends)?;
         self.complete_landmarks();
         self.complete_transition_zone();

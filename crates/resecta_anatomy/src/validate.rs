@@ -118,7 +118,7 @@ pub enum ContourFault {
     },
 }
 
-/// The first rule that a case breaks.
+/// A rule that a case breaks.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CaseRuleError {
     /// No spline runs through fewer.
@@ -224,6 +224,21 @@ pub enum CaseRuleError {
     },
 }
 
+impl CaseRuleError {
+    /// Path of the field that breaks the rule, for example `slices[3].capsule`.
+    pub fn field(&self) -> String {
+        match self {
+            Self::TooFewSlices { .. } | Self::TooManySlices { .. } | Self::TooManyCorners { .. } => "slices".into(),
+            Self::BadHeight { slice, .. } | Self::HeightOrder { slice, .. } => format!("slices[{slice}].z"),
+            Self::Contour { slice, contour, .. } => format!("slices[{slice}].{contour}"),
+            Self::UrethraOutside { slice, .. } => format!("slices[{slice}].urethra"),
+            Self::TransitionZoneOutside { slice, .. } => format!("slices[{slice}].transition_zone"),
+            Self::BadLandmark { landmark, .. } => format!("landmarks.{landmark}"),
+            Self::TooThin { slice, .. } => format!("slices[{slice}].capsule"),
+        }
+    }
+}
+
 impl Case {
     /// Checks every rule, and names the first that is broken.
     ///
@@ -231,12 +246,20 @@ impl Case {
     ///
     /// One variant of [`CaseRuleError`] a rule; its text names the field with the index of the slice.
     pub fn validate(&self) -> Result<(), CaseRuleError> {
+        match self.faults().into_iter().next() {
+            Some(fault) => Err(fault),
+            None => Ok(()),
+        }
+    }
+
+    /// Every rule that is broken, of each slice the first. What is absurdly large is not looked into.
+    pub fn faults(&self) -> Vec<CaseRuleError> {
         let found = self.slices.len();
         if found < MIN_SLICES {
-            return Err(CaseRuleError::TooFewSlices { found });
+            return vec![CaseRuleError::TooFewSlices { found }];
         }
         if found > MAX_SLICES {
-            return Err(CaseRuleError::TooManySlices { found });
+            return vec![CaseRuleError::TooManySlices { found }];
         }
         let corners = self
             .slices
@@ -245,42 +268,43 @@ impl Case {
             .map(|(_, contour)| contour.len())
             .sum();
         if corners > MAX_CASE_CORNERS {
-            return Err(CaseRuleError::TooManyCorners { found: corners });
+            return vec![CaseRuleError::TooManyCorners { found: corners }];
         }
+        let mut faults = Vec::new();
         let mut previous = f64::NEG_INFINITY;
         for (slice, Slice { z, .. }) in self.slices.iter().enumerate() {
             let z = *z;
             if !z.is_finite() || z.abs() > MAX_COORDINATE_MM {
-                return Err(CaseRuleError::BadHeight { slice, z });
+                faults.push(CaseRuleError::BadHeight { slice, z });
+                continue;
             }
             if z <= previous {
-                return Err(CaseRuleError::HeightOrder { slice, z, previous });
+                faults.push(CaseRuleError::HeightOrder { slice, z, previous });
             }
             previous = z;
         }
         for (index, slice) in self.slices.iter().enumerate() {
-            validate_slice(index, slice)?;
+            faults.extend(validate_slice(index, slice).err());
         }
-        self.validate_landmarks()
+        faults.extend(self.landmark_faults());
+        faults
     }
 
-    fn validate_landmarks(&self) -> Result<(), CaseRuleError> {
+    fn landmark_faults(&self) -> impl Iterator<Item = CaseRuleError> {
         let landmarks = &self.landmarks;
         let [left, right] = landmarks.ureteral_orifices.map_or([None; 2], |pair| pair.map(Some));
-        for (landmark, value) in [
+        let places = [
             ("bladder_neck", landmarks.bladder_neck),
             ("verumontanum", landmarks.verumontanum),
             ("external_sphincter", landmarks.external_sphincter),
             ("ureteral_orifices[0]", left),
             ("ureteral_orifices[1]", right),
-        ] {
-            if let Some(value) = value
-                && !(value.is_finite() && value.abs().max_element() <= MAX_COORDINATE_MM)
-            {
-                return Err(CaseRuleError::BadLandmark { landmark, value });
-            }
-        }
-        Ok(())
+        ];
+        let is_good = |value: DVec3| value.is_finite() && value.abs().max_element() <= MAX_COORDINATE_MM;
+        places.into_iter().filter_map(move |(landmark, value)| {
+            let value = value.filter(|&value| !is_good(value))?;
+            Some(CaseRuleError::BadLandmark { landmark, value })
+        })
     }
 }
 

@@ -172,10 +172,13 @@ fn wrong_text_is_pointed_at() {
     let text = good().to_ron();
     assert_text_refused(&text.replacen("unit: mm", "unit: cm", 1), &[":7:", "unit", "cm", "mm"]);
     assert_text_refused(&text.replacen("z: 5.0", "height: 5.0", 1), &["slices[1]", "height"]);
-    assert_text_refused(&text.replacen("z: 5.0", "z: \"5\"", 1), &["slices[1].z", "float"]);
+    assert_text_refused(
+        &text.replacen("z: 5.0", "z: \"5\"", 1),
+        &["slices[1].z", "expected a number, found `\"5\"`"],
+    );
     assert_text_refused(&text.replacen("unit: mm,", "", 1), &["unit", "missing"]);
     assert_text_refused(&text.replacen("slices: [", "slices: ", 1), &["slices"]);
-    assert_text_refused(&format!("{text} 7"), &["railing"]);
+    assert_text_refused(&format!("{text} 7"), &["nothing more", "`7`"]);
     assert_text_refused("", &[":1:1"]);
 }
 

@@ -4,6 +4,8 @@ use std::{fmt, io, path::PathBuf};
 
 use resecta_anatomy::{CaseError, LatticeError};
 use resecta_solver::MeshError;
+pub use resecta_text::nearest;
+use resecta_text::{Place, at_field, did_you_mean, place_of};
 use thiserror::Error;
 
 /// Why an exercise was refused. Nothing changes in the running world when one is returned.
@@ -26,28 +28,26 @@ pub enum ExerciseError {
         nearest: Option<String>,
     },
     /// The text is not an exercise: a slip of syntax, an unknown field or name, a value of the wrong kind.
-    #[error("{}:{line}:{column}: {field}: {message}{}", file.display(), did_you_mean(nearest))]
+    #[error("{}:{place}: {}{message}{}", file.display(), at_field(field), did_you_mean(nearest))]
     Syntax {
         /// The exercise file.
         file: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
+        /// Where in it.
+        place: Place,
         /// Path of the field, for example `scoring[2].metric`; `.` for the file as a whole.
         field: String,
-        /// What is wrong there.
+        /// What is wrong there, and what was expected.
         message: String,
         /// The nearest valid name, where a name is unknown.
         nearest: Option<String>,
     },
     /// A field that reads well but breaks a rule.
-    #[error("{}: {rule}", file.display())]
+    #[error("{}{}: {rule}", file.display(), behind_colon(&rule.place))]
     Rule {
         /// The exercise file.
         file: PathBuf,
         /// The field and the rule.
-        rule: RuleError,
+        rule: Box<RuleError>,
     },
     /// The case that the exercise names is bad itself.
     #[error("{}: case: {source}", file.display())]
@@ -55,7 +55,7 @@ pub enum ExerciseError {
         /// The exercise file.
         file: PathBuf,
         /// What is wrong with the case.
-        source: CaseError,
+        source: Box<CaseError>,
     },
     /// No lattice can be built from the case at the exercise's resolution.
     #[error("{}: alpha_deg: {source}", file.display())]
@@ -75,6 +75,20 @@ pub enum ExerciseError {
     },
 }
 
+impl ExerciseError {
+    /// The error with the place of its field in the text of the exercise file, where it has one and it is not known yet.
+    pub(crate) fn placed(mut self, text: &str) -> Self {
+        if let Self::Rule { rule, .. } = &mut self {
+            rule.place = rule.place.or_else(|| place_of(text, &rule.field));
+        }
+        self
+    }
+}
+
+fn behind_colon(place: &Option<Place>) -> String {
+    place.map(|place| format!(":{place}")).unwrap_or_default()
+}
+
 /// A field, its value and the rule that it breaks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RuleError {
@@ -86,6 +100,8 @@ pub struct RuleError {
     pub expected: String,
     /// The nearest valid name, where a name is unknown.
     pub nearest: Option<String>,
+    /// Where the field stands in the file, or what should hold it; none where the file does not mention it.
+    pub place: Option<Place>,
 }
 
 impl RuleError {
@@ -96,6 +112,7 @@ impl RuleError {
             value: value.to_string(),
             expected: expected.into(),
             nearest: None,
+            place: None,
         }
     }
 
@@ -120,6 +137,7 @@ impl fmt::Display for RuleError {
             value,
             expected,
             nearest,
+            ..
         } = self;
         write!(
             formatter,
@@ -130,36 +148,3 @@ impl fmt::Display for RuleError {
 }
 
 impl std::error::Error for RuleError {}
-
-fn did_you_mean(nearest: &Option<String>) -> String {
-    nearest
-        .as_ref()
-        .map(|name| format!("; did you mean `{name}`?"))
-        .unwrap_or_default()
-}
-
-/// The valid name that resembles `name` most, if any does (Jaro-Winkler similarity of at least 0.7; the first of equals).
-pub fn nearest<'a>(name: &str, valid: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    let wanted = name.to_lowercase();
-    let mut best = (0.7, None);
-    for candidate in valid {
-        let likeness = strsim::jaro_winkler(&wanted, &candidate.to_lowercase());
-        if likeness > best.0 {
-            best = (likeness, Some(candidate));
-        }
-    }
-    best.1.map(str::to_owned)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_nearest_name_is_the_one_with_a_slip_and_none_for_gibberish() {
-        let valid = ["small", "medium", "large"];
-        assert_eq!(nearest("mediun", valid).as_deref(), Some("medium"));
-        assert_eq!(nearest("Larg", valid).as_deref(), Some("large"));
-        assert_eq!(nearest("qqq", valid), None);
-    }
-}

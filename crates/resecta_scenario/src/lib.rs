@@ -8,7 +8,7 @@
 //! | to find | look in |
 //! |---|---|
 //! | what an exercise file may say | `exercise.rs` |
-//! | which rules it must keep | `rules.rs` |
+//! | which rules it must keep | `rules.rs`, `reach.rs` |
 //! | which tissue is marked | `region.rs` |
 //! | which blood and water it has | `water.rs` |
 //! | whether what is cut free floats | `chips.rs` |
@@ -22,6 +22,8 @@
 //! | what ends a run early | `limits.rs` |
 //! | what to do better | `advice.rs` |
 //! | metrics, goals and exercises of others | `extension/` |
+//! | whether files are good | `validate.rs` |
+//! | a file to begin with | `template.rs` |
 //! | the order of a step | `plugin.rs` |
 //! | the whole simulation as plugins, and without a window | `plugins.rs`, `headless.rs` |
 //! | tests of exercises and extensions | `testing.rs` |
@@ -57,6 +59,7 @@ mod parse;
 mod plugin;
 mod plugins;
 mod prepare;
+mod reach;
 mod region;
 mod report;
 mod rules;
@@ -65,9 +68,11 @@ mod score;
 mod sight;
 mod state;
 mod steps;
+mod template;
 pub mod testing;
 mod trace;
 mod trigger;
+mod validate;
 mod walls;
 mod water;
 
@@ -92,13 +97,16 @@ pub use plugins::{FixedStepPlugin, ResectaPlugins, STEP_HZ};
 pub use prepare::{LatticeSummary, PreparedExercise};
 pub use region::MarkedRegion;
 pub use report::{CaseSummary, ExerciseSummary, FORMAT, MetricValue, Report, RunSummary, StepSummary, state_hash};
+pub use resecta_text::Place;
 pub use run_log::{LogSample, RunLog, STEPS_A_SAMPLE};
 pub use score::{GoalState, PartScore, ScoreCard, ScoreLine};
 pub use sight::{FAR_MM, LandmarkObservation, Sight};
 pub use state::{CapsulePerforated, EndReason, RunState};
 pub use steps::{Step, StepProgress};
+pub use template::{check_name, new_case, new_exercise};
 pub use trace::{COLUMNS, Trace, TraceRow};
 pub use trigger::Trigger;
+pub use validate::{FileFault, Validation};
 pub use walls::Walls;
 pub use water::{Bleeding, Water};
 

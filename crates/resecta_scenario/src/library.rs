@@ -101,7 +101,7 @@ impl Library {
             let nearest = nearest(name_or_path, names.iter().map(String::as_str)).filter(|_| !by_path);
             return Err(ExerciseError::Missing { file, nearest });
         }
-        let text = read_text(&file).map_err(|source| ExerciseError::Read {
+        let text = read_text(&file, MAX_FILE_BYTES).map_err(|source| ExerciseError::Read {
             file: file.clone(),
             source,
         })?;
@@ -111,10 +111,19 @@ impl Library {
     /// Loads an exercise from its text as if it stood in `file`, and its case with it.
     ///
     /// # Errors
-    /// [`ExerciseError`] names the file and the place in it.
+    /// The first of [`Library::examine`].
     pub fn load_text(&self, text: &str, file: &Path) -> Result<LoadedExercise, ExerciseError> {
-        let exercise = Exercise::from_ron_with(text, file, &self.extensions)?;
-        self.with_case(exercise, file)
+        self.examine(text, file).map_err(|mut faults| faults.swap_remove(0))
+    }
+
+    /// Loads an exercise from its text as if it stood in `file`, and its case with it, and tells all that is wrong.
+    ///
+    /// # Errors
+    /// At least one [`ExerciseError`]; each names the file and the place in it.
+    pub fn examine(&self, text: &str, file: &Path) -> Result<LoadedExercise, Vec<ExerciseError>> {
+        let read = Exercise::examine(text, file, &self.extensions);
+        let (exercise, faults) = read.map_err(|slip| vec![slip])?;
+        self.with_case(exercise, file, faults, |error| error.placed(text))
     }
 
     /// Checks an exercise that was made in Rust as if it were a file of that name, and loads its case with it. A path of a case is
@@ -124,35 +133,52 @@ impl Library {
     /// [`ExerciseError`] names the exercise and the field.
     pub fn load_value(&self, name: &str, exercise: Exercise) -> Result<LoadedExercise, ExerciseError> {
         let file = PathBuf::from(format!("{name}{EXERCISE_SUFFIX}"));
-        let checked = exercise.validate().and_then(|()| self.extensions.check(&exercise));
-        match checked {
-            Ok(()) => self.with_case(exercise, &file),
-            Err(rule) => Err(ExerciseError::Rule { file, rule }),
+        let mut rules = exercise.faults();
+        rules.extend(self.extensions.check(&exercise).err());
+        let faults = rules.into_iter().map(|rule| ExerciseError::Rule {
+            file: file.clone(),
+            rule: rule.into(),
+        });
+        let faults = faults.collect();
+        (self.with_case(exercise, &file, faults, |error| error)).map_err(|mut faults| faults.swap_remove(0))
+    }
+
+    /// Loads the case of an exercise whose faults are these. `placed` tells where in the text a fault stands.
+    fn with_case(
+        &self,
+        exercise: Exercise,
+        file: &Path,
+        mut faults: Vec<ExerciseError>,
+        placed: impl FnOnce(ExerciseError) -> ExerciseError,
+    ) -> Result<LoadedExercise, Vec<ExerciseError>> {
+        // A case without a name has been told.
+        let case = if exercise.case.trim().is_empty() {
+            None
+        } else {
+            let found = self.case_file(&exercise.case, file).map_err(placed);
+            let case = found.and_then(|case_file| {
+                Case::load(&case_file).map_err(|source| ExerciseError::Case {
+                    file: file.into(),
+                    source: source.into(),
+                })
+            });
+            case.map_err(|error| faults.push(error)).ok()
+        };
+        match case {
+            Some(case) if faults.is_empty() => Ok(LoadedExercise {
+                name: stem(file, EXERCISE_SUFFIX),
+                file: file.into(),
+                exercise,
+                case,
+            }),
+            _ => Err(faults),
         }
     }
 
-    fn with_case(&self, exercise: Exercise, file: &Path) -> Result<LoadedExercise, ExerciseError> {
-        let case_file = self.case_file(&exercise.case, file)?;
-        let case = Case::load(&case_file).map_err(|source| ExerciseError::Case {
-            file: file.into(),
-            source,
-        })?;
-        let file_name = file
-            .file_name()
-            .map(|name| name.to_string_lossy().into_owned())
-            .unwrap_or_default();
-        Ok(LoadedExercise {
-            name: file_name.strip_suffix(EXERCISE_SUFFIX).unwrap_or(&file_name).to_owned(),
-            file: file.into(),
-            exercise,
-            case,
-        })
-    }
-
     fn case_file(&self, case: &str, exercise_file: &Path) -> Result<PathBuf, ExerciseError> {
-        let missing = |rule| ExerciseError::Rule {
+        let missing = |rule: RuleError| ExerciseError::Rule {
             file: exercise_file.into(),
-            rule,
+            rule: rule.into(),
         };
         if is_path(case, CASE_SUFFIX) {
             let path = exercise_file.parent().unwrap_or(Path::new("")).join(case);
@@ -160,7 +186,13 @@ impl Library {
                 Ok(path)
             } else {
                 let expected = format!("a case file, but there is none at {}", path.display());
-                Err(missing(RuleError::new("case", format_args!("\"{case}\""), expected)))
+                let name = stem(&path, CASE_SUFFIX);
+                let beside = names_in(path.parent().unwrap_or(Path::new("")), CASE_SUFFIX);
+                let nearest = nearest(&name, beside.iter().map(String::as_str));
+                Err(missing(RuleError {
+                    nearest: nearest.map(|name| format!("{name}{CASE_SUFFIX}")),
+                    ..RuleError::new("case", format_args!("\"{case}\""), expected)
+                }))
             };
         }
         let path = self.assets.join("cases").join(format!("{case}{CASE_SUFFIX}"));
@@ -186,7 +218,19 @@ fn is_path(reference: &str, suffix: &str) -> bool {
     reference.ends_with(suffix) || reference.contains(['/', '\\'])
 }
 
+/// A file's name without its end.
+pub(crate) fn stem(file: &Path, suffix: &str) -> String {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    name.strip_suffix(suffix).unwrap_or(&name).to_owned()
+}
+
 fn names_in(folder: &Path, suffix: &str) -> Vec<String> {
+    // A path of a file alone has an empty parent.
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
     let Ok(entries) = fs::read_dir(folder) else {
         return Vec::new();
     };
@@ -200,15 +244,17 @@ fn names_in(folder: &Path, suffix: &str) -> Vec<String> {
     names
 }
 
-fn read_text(file: &Path) -> io::Result<String> {
-    let mut text = String::new();
-    fs::File::open(file)?
-        .take(MAX_FILE_BYTES + 1)
-        .read_to_string(&mut text)?;
-    if text.len() as u64 > MAX_FILE_BYTES {
-        return Err(io::Error::other(format!(
-            "larger than {MAX_FILE_BYTES} bytes, the most that is read"
-        )));
+/// The text of a file of at most so many bytes.
+pub(crate) fn read_text(file: &Path, most_bytes: u64) -> io::Result<String> {
+    let mut bytes = Vec::new();
+    fs::File::open(file)?.take(most_bytes + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most_bytes {
+        let problem = format!("larger than {most_bytes} bytes, the most that is read");
+        return Err(io::Error::other(problem));
     }
-    Ok(text)
+    String::from_utf8(bytes).map_err(|error| {
+        let good = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = good.iter().filter(|&&byte| byte == b'\n').count() + 1;
+        io::Error::other(format!("no UTF-8 text in line {line}: save it with that encoding"))
+    })
 }

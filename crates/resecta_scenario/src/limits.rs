@@ -9,6 +9,7 @@ use crate::{
     errors::RuleError,
     exercise::Models,
     metrics::{MetricId, Metrics},
+    rules::Faults,
     state::EndReason,
 };
 
@@ -68,21 +69,19 @@ impl Limits {
     }
 
     /// Checks the limits against their ranges and against what the exercise models.
-    pub(crate) fn check(&self, models: &Models) -> Result<(), RuleError> {
+    pub(crate) fn check(&self, models: &Models, faults: &mut Faults) {
         let above_zero = |value: f64| value > 0.0 && value.is_finite();
-        if !above_zero(self.time_s) {
-            let expected = "a finite number of s above 0";
-            return Err(RuleError::new("limits.time_s", self.time_s, expected));
+        faults.require(above_zero(self.time_s), || {
+            RuleError::new("limits.time_s", self.time_s, "a finite number of s above 0")
+        });
+        if let Some(share) = self.capsule_cut_share {
+            faults.require(share > 0.0 && share <= 1.0, || {
+                RuleError::new("limits.capsule_cut_share", share, "a share above 0 and at most 1")
+            });
         }
-        if let Some(share) = self.capsule_cut_share
-            && !(share > 0.0 && share <= 1.0)
-        {
-            let expected = "a share above 0 and at most 1";
-            return Err(RuleError::new("limits.capsule_cut_share", share, expected));
-        }
-        if self.sphincter_injuries == Some(0) {
-            return Err(RuleError::new("limits.sphincter_injuries", 0, "1 or more"));
-        }
+        faults.require(self.sphincter_injuries != Some(0), || {
+            RuleError::new("limits.sphincter_injuries", 0, "1 or more")
+        });
         let water = models.water.as_ref();
         for (field, value, is_modelled, model) in [
             (
@@ -99,15 +98,14 @@ impl Limits {
             ),
         ] {
             let Some(value) = value else { continue };
-            if !above_zero(value) {
-                return Err(RuleError::new(field, value, "a finite number of ml above 0"));
-            }
-            if !is_modelled {
+            faults.require(above_zero(value), || {
+                RuleError::new(field, value, "a finite number of ml above 0")
+            });
+            faults.require(is_modelled, || {
                 let expected =
                     format!("nothing, or `models: (water: ({model}: (..)))`: without it the limit is never reached");
-                return Err(RuleError::new(field, value, expected));
-            }
+                RuleError::new(field, value, expected)
+            });
         }
-        Ok(())
     }
 }

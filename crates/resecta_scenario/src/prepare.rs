@@ -73,9 +73,9 @@ impl LoadedExercise {
     /// [`ExerciseError`]: a case that gives no lattice or no tissue, an instrument that cannot be placed, marks that
     /// select nothing.
     pub fn prepare(self) -> Result<PreparedExercise, ExerciseError> {
-        let broken = |rule| ExerciseError::Rule {
+        let broken = |rule: RuleError| ExerciseError::Rule {
             file: self.file.clone(),
-            rule,
+            rule: rule.into(),
         };
         let options = LatticeOptions {
             alpha_deg: self.exercise.alpha_deg,

@@ -20,103 +20,116 @@ const COARSEST_MM: f32 = 2.0;
 
 pub(crate) type Checked = Result<(), RuleError>;
 
+/// The rules that are broken, in the order in which they were looked at.
+#[derive(Debug, Default)]
+pub(crate) struct Faults(Vec<RuleError>);
+
+impl Faults {
+    /// Takes note of a rule, if it is broken.
+    pub(crate) fn note(&mut self, checked: Checked) {
+        self.0.extend(checked.err());
+    }
+
+    /// Takes note of a broken rule unless it is kept.
+    pub(crate) fn require(&mut self, is_kept: bool, broken: impl FnOnce() -> RuleError) {
+        if !is_kept {
+            self.0.push(broken());
+        }
+    }
+}
+
 impl Exercise {
     /// Checks every rule that needs nothing but the exercise itself; the first that is broken is returned.
-    pub fn validate(&self) -> Checked {
+    pub fn validate(&self) -> Result<(), RuleError> {
+        self.faults().into_iter().next().map_or(Ok(()), Err)
+    }
+
+    /// Every rule that is broken, of those that need nothing but the exercise itself.
+    pub fn faults(&self) -> Vec<RuleError> {
+        let mut faults = Faults::default();
         for (field, text) in [
             ("title", &self.title),
             ("briefing", &self.briefing),
             ("case", &self.case),
         ] {
-            if text.trim().is_empty() {
-                return Err(RuleError::new(field, "empty", "some text"));
-            }
+            faults.require(!text.trim().is_empty(), || RuleError::new(field, "empty", "some text"));
         }
-        if !(2.0..=60.0).contains(&self.alpha_deg) {
-            return Err(RuleError::new("alpha_deg", self.alpha_deg, "2 to 60 degrees"));
-        }
+        faults.require((2.0..=60.0).contains(&self.alpha_deg), || {
+            RuleError::new("alpha_deg", self.alpha_deg, "2 to 60 degrees")
+        });
         if let Some(material) = &self.material
             && Material::preset(material).is_none()
         {
             let names: Vec<&str> = Material::preset_names().collect();
             let expected = format!("a material preset ({})", names.join(", "));
-            return Err(RuleError::unknown_name("material", material, expected, names));
+            faults.note(Err(RuleError::unknown_name("material", material, expected, names)));
         }
-        models(&self.models)?;
-        instrument(&self.instrument)?;
-        marked(&self.marked)?;
-        if self.goals.is_empty() {
-            return Err(RuleError::new("goals", "empty", "at least one goal"));
-        }
-        steps::check(self)?;
-        for (index, goal) in self.goals.iter().enumerate() {
-            match goal {
-                Goal::RemoveMarked { share } if !(*share > 0.0 && *share <= 1.0) => {
-                    let field = format!("goals[{index}].RemoveMarked.share");
-                    return Err(RuleError::new(field, share, "a share above 0 and at most 1"));
-                }
-                Goal::FinishSteps if self.steps.is_empty() => {
-                    let field = format!("goals[{index}]");
-                    return Err(RuleError::new(
-                        field,
-                        "FinishSteps",
-                        "another goal, or `steps: [..]` to finish",
-                    ));
-                }
-                Goal::RemoveMarked { .. } | Goal::FinishSteps | Goal::Extension(_) => {}
-            }
-        }
-        self.limits.check(&self.models)?;
-        if self.scoring.is_empty() {
-            return Err(RuleError::new("scoring", "empty", "at least one line"));
-        }
+        models(&self.models, &mut faults);
+        instrument(&self.instrument, &mut faults);
+        marked(&self.marked, &mut faults);
+        steps::check(self, &mut faults);
+        goals(self, &mut faults);
+        self.limits.check(&self.models, &mut faults);
+        faults.require(!self.scoring.is_empty(), || {
+            RuleError::new("scoring", "empty", "at least one line")
+        });
         if let Some(pars) = &self.total_pars {
-            check_pars("total_pars", pars, true)?;
+            check_pars("total_pars", pars, true, &mut faults);
         }
-        self.scoring
-            .iter()
-            .enumerate()
-            .try_for_each(|(index, rule)| score_rule(&format!("scoring[{index}]"), rule))
+        for (index, rule) in self.scoring.iter().enumerate() {
+            score_rule(&format!("scoring[{index}]"), rule, &mut faults);
+        }
+        faults.0
     }
 }
 
-fn models(models: &Models) -> Checked {
+fn goals(exercise: &Exercise, faults: &mut Faults) {
+    faults.require(!exercise.goals.is_empty(), || {
+        RuleError::new("goals", "empty", "at least one goal")
+    });
+    for (index, goal) in exercise.goals.iter().enumerate() {
+        match goal {
+            Goal::RemoveMarked { share } => faults.require(*share > 0.0 && *share <= 1.0, || {
+                let field = format!("goals[{index}].RemoveMarked.share");
+                RuleError::new(field, share, "a share above 0 and at most 1")
+            }),
+            Goal::FinishSteps => faults.require(!exercise.steps.is_empty(), || {
+                let expected = "another goal, or `steps: [..]` to finish";
+                RuleError::new(format!("goals[{index}]"), "FinishSteps", expected)
+            }),
+            // Its name was known when it was read.
+            Goal::Extension(_) => {}
+        }
+    }
+}
+
+fn models(models: &Models, faults: &mut Faults) {
     match models.collapse {
-        Some(CollapseLaw::CompressionForce { share }) if !(0.0..=1.0).contains(&share) => {
-            return Err(RuleError::new(
-                "models.collapse.CompressionForce.share",
-                share,
-                "a share from 0 to 1",
-            ));
+        Some(CollapseLaw::CompressionForce { share }) => faults.require((0.0..=1.0).contains(&share), || {
+            let field = "models.collapse.CompressionForce.share";
+            RuleError::new(field, share, "a share from 0 to 1")
+        }),
+        Some(CollapseLaw::HydraulicPressure { resistance_un }) => {
+            faults.require(resistance_un >= 0.0 && resistance_un.is_finite(), || {
+                let field = "models.collapse.HydraulicPressure.resistance_un";
+                RuleError::new(field, resistance_un, "a finite number of µN, 0 or more")
+            });
         }
-        Some(CollapseLaw::HydraulicPressure { resistance_un })
-            if !(resistance_un >= 0.0 && resistance_un.is_finite()) =>
-        {
-            return Err(RuleError::new(
-                "models.collapse.HydraulicPressure.resistance_un",
-                resistance_un,
-                "a finite number of µN, 0 or more",
-            ));
-        }
-        _ => {}
+        None => {}
     }
     if let CuttingRule::Sphere { radius_mm } = models.cutting {
-        positive("models.cutting.Sphere.radius_mm", radius_mm.into(), "mm")?;
+        faults.note(positive("models.cutting.Sphere.radius_mm", radius_mm.into(), "mm"));
     }
-    if let CutDetail::Field { spacing_mm } = models.detail
-        && !(FINEST_MM..=COARSEST_MM).contains(&spacing_mm)
-    {
-        return Err(RuleError::new(
-            "models.detail.Field.spacing_mm",
-            spacing_mm,
-            "0.2 to 2 mm",
-        ));
+    if let CutDetail::Field { spacing_mm } = models.detail {
+        faults.require((FINEST_MM..=COARSEST_MM).contains(&spacing_mm), || {
+            RuleError::new("models.detail.Field.spacing_mm", spacing_mm, "0.2 to 2 mm")
+        });
     }
     if let Some(water) = &models.water {
-        water.check()?;
+        faults.note(water.check());
     }
     if let Some(settings) = &models.chips {
-        chips::check(settings)?;
+        faults.note(chips::check(settings));
     }
     // The material's own way to resist shear is known with the case; none at all allows the most.
     let material = Material {
@@ -124,7 +137,7 @@ fn models(models: &Models) -> Checked {
         poisson_ratio: models.poisson_ratio,
         ..Material::default()
     };
-    of_material(&material)
+    faults.note(of_material(&material));
 }
 
 /// Names what an exercise has asked of a material that cannot be.
@@ -136,79 +149,58 @@ pub(crate) fn of_material(material: &Material) -> Checked {
     }
 }
 
-fn instrument(setup: &InstrumentSetup) -> Checked {
+fn instrument(setup: &InstrumentSetup, faults: &mut Faults) {
     for (field, vector) in [("instrument.pivot_mm", setup.pivot_mm), ("instrument.axis", setup.axis)] {
-        if let Some(vector) = vector
-            && !vector.iter().all(|part| part.is_finite())
-        {
-            return Err(RuleError::new(
-                field,
-                format_args!("{vector:?}"),
-                "three finite numbers",
-            ));
-        }
+        let Some(vector) = vector else { continue };
+        faults.require(vector.iter().all(|part| part.is_finite()), || {
+            RuleError::new(field, format_args!("{vector:?}"), "three finite numbers")
+        });
     }
-    if let Some(axis) = setup.axis
-        && axis.iter().map(|part| part * part).sum::<f32>() < 1e-12
-    {
-        return Err(RuleError::new(
-            "instrument.axis",
-            format_args!("{axis:?}"),
-            "a direction, not zero",
-        ));
+    if let Some(axis) = setup.axis {
+        let is_zero = axis.iter().map(|part| part * part).sum::<f32>() < 1e-12;
+        faults.require(!is_zero, || {
+            RuleError::new("instrument.axis", format_args!("{axis:?}"), "a direction, not zero")
+        });
     }
-    if let Some(optic) = setup.optic_deg
-        && !ResectoscopeGeometry::OPTICS_DEG.contains(&optic)
-    {
-        let expected = "0, 12 or 30 degrees, the telescopes that there are";
-        return Err(RuleError::new("instrument.optic_deg", optic, expected));
+    if let Some(optic) = setup.optic_deg {
+        faults.require(ResectoscopeGeometry::OPTICS_DEG.contains(&optic), || {
+            let expected = "0, 12 or 30 degrees, the telescopes that there are";
+            RuleError::new("instrument.optic_deg", optic, expected)
+        });
     }
-    let Some(start) = setup.start else { return Ok(()) };
-    if let Some(tap) = InstrumentField::TAPS.into_iter().find(|&tap| start.get(tap) != 0.0) {
-        let field = format!("instrument.start.{}", tap.name());
-        let expected = "nothing: `models.water.irrigation` says how far the taps are open";
-        return Err(RuleError::new(field, start.get(tap), expected));
+    let Some(start) = setup.start else { return };
+    for tap in InstrumentField::TAPS {
+        faults.require(start.get(tap) == 0.0, || {
+            let expected = "nothing: `models.water.irrigation` says how far the taps are open";
+            RuleError::new(format!("instrument.start.{}", tap.name()), start.get(tap), expected)
+        });
     }
     let limits = InstrumentLimits::default();
-    match InstrumentField::ALL
-        .into_iter()
-        .find(|&field| !limits.of(field).contains(start.get(field)))
-    {
-        Some(field) => {
-            let FieldLimit { min, max, .. } = limits.of(field);
+    let others = InstrumentField::ALL.into_iter();
+    for field in others.filter(|field| !InstrumentField::TAPS.contains(field)) {
+        let FieldLimit { min, max, .. } = limits.of(field);
+        faults.require(limits.of(field).contains(start.get(field)), || {
             let expected = format!("{min} to {max}, the limits of the instrument");
-            Err(RuleError::new(
-                format!("instrument.start.{}", field.name()),
-                start.get(field),
-                expected,
-            ))
-        }
-        None => Ok(()),
+            RuleError::new(format!("instrument.start.{}", field.name()), start.get(field), expected)
+        });
     }
 }
 
-fn marked(marked: &Marked) -> Checked {
-    if marked.zones.is_empty() {
+fn marked(marked: &Marked, faults: &mut Faults) {
+    faults.require(!marked.zones.is_empty(), || {
         let names = Zone::ALL.map(Zone::name).join(", ");
-        return Err(RuleError::new(
-            "marked.zones",
-            "empty",
-            format!("at least one of {names}"),
-        ));
-    }
+        RuleError::new("marked.zones", "empty", format!("at least one of {names}"))
+    });
     if let Some(clock) = marked.clock {
         for (field, hour) in [("marked.clock.from", clock.from), ("marked.clock.to", clock.to)] {
-            if !(0.0..=12.0).contains(&hour) {
-                return Err(RuleError::new(field, hour, "an hour from 0 to 12"));
-            }
+            faults.require((0.0..=12.0).contains(&hour), || {
+                RuleError::new(field, hour, "an hour from 0 to 12")
+            });
         }
-        if clock.from == clock.to {
-            return Err(RuleError::new(
-                "marked.clock.to",
-                clock.to,
-                "another hour than `from` (all around is 0 to 12)",
-            ));
-        }
+        faults.require(clock.from != clock.to, || {
+            let expected = "another hour than `from` (all around is 0 to 12)";
+            RuleError::new("marked.clock.to", clock.to, expected)
+        });
     }
     if let Some(height) = marked.height {
         let (variant, from_mm, to_mm) = match height {
@@ -216,15 +208,24 @@ fn marked(marked: &Marked) -> Checked {
             HeightRange::AboveVerumontanum { from_mm, to_mm } => ("AboveVerumontanum", from_mm, to_mm),
         };
         let field = format!("marked.height.{variant}");
-        rising(&format!("{field}.from_mm"), from_mm, &format!("{field}.to_mm"), to_mm)?;
+        faults.note(rising(
+            &format!("{field}.from_mm"),
+            from_mm,
+            &format!("{field}.to_mm"),
+            to_mm,
+        ));
     }
-    match marked.depth_mm {
-        Some(depth) => rising("marked.depth_mm.from", depth.from, "marked.depth_mm.to", depth.to),
-        None => Ok(()),
+    if let Some(depth) = marked.depth_mm {
+        faults.note(rising(
+            "marked.depth_mm.from",
+            depth.from,
+            "marked.depth_mm.to",
+            depth.to,
+        ));
     }
 }
 
-fn score_rule(field: &str, rule: &ScoreRule) -> Checked {
+fn score_rule(field: &str, rule: &ScoreRule, faults: &mut Faults) {
     let &ScoreRule {
         metric,
         part: _,
@@ -235,65 +236,56 @@ fn score_rule(field: &str, rule: &ScoreRule) -> Checked {
         ref pars,
         needs,
     } = rule;
-    if !(points >= 0.0 && points.is_finite()) {
-        return Err(RuleError::new(format!("{field}.points"), points, "0 or more"));
-    }
-    finite(&format!("{field}.from"), from)?;
-    finite(&format!("{field}.to"), to)?;
+    faults.require(points >= 0.0 && points.is_finite(), || {
+        RuleError::new(format!("{field}.points"), points, "0 or more")
+    });
+    faults.note(finite(&format!("{field}.from"), from));
+    faults.note(finite(&format!("{field}.to"), to));
     let expected = match metric.info().better {
         Better::More if to <= from => format!("more than `from` ({from}): more {metric} is better"),
         Better::Less if to >= from => format!("less than `from` ({from}): less {metric} is better"),
         Better::Neither if to == from => format!("another value than `from` ({from})"),
         _ => String::new(),
     };
-    if !expected.is_empty() {
-        return Err(RuleError::new(format!("{field}.to"), to, expected));
-    }
-    if basis.trim().is_empty() {
-        return Err(RuleError::new(
-            format!("{field}.basis"),
-            "empty",
-            "where the two values come from",
-        ));
-    }
+    faults.require(expected.is_empty(), || {
+        RuleError::new(format!("{field}.to"), to, expected)
+    });
+    faults.require(!basis.trim().is_empty(), || {
+        RuleError::new(format!("{field}.basis"), "empty", "where the two values come from")
+    });
     if let Some(pars) = pars {
-        check_pars(&format!("{field}.pars"), pars, to > from)?;
+        check_pars(&format!("{field}.pars"), pars, to > from, faults);
     }
-    match needs {
-        Some(Condition { at_least, .. }) => finite(&format!("{field}.needs.at_least"), at_least),
-        None => Ok(()),
+    if let Some(Condition { at_least, .. }) = needs {
+        faults.note(finite(&format!("{field}.needs.at_least"), at_least));
     }
 }
 
 /// Pars must get better as the line's points do.
-fn check_pars(field: &str, pars: &Pars, more_is_better: bool) -> Checked {
+fn check_pars(field: &str, pars: &Pars, more_is_better: bool, faults: &mut Faults) {
     let Pars {
         bronze,
         silver,
         gold,
         ref basis,
     } = *pars;
-    finite(&format!("{field}.bronze"), bronze)?;
+    for (name, value) in [("bronze", bronze), ("silver", silver), ("gold", gold)] {
+        faults.note(finite(&format!("{field}.{name}"), value));
+    }
     for (name, value, before, par) in [("silver", silver, "bronze", bronze), ("gold", gold, "silver", silver)] {
-        let field = format!("{field}.{name}");
-        finite(&field, value)?;
-        let (is_better, than) = if more_is_better {
-            (value > par, "more")
+        let (is_worse, than) = if more_is_better {
+            (value <= par, "more")
         } else {
-            (value < par, "less")
+            (value >= par, "less")
         };
-        if !is_better {
-            return Err(RuleError::new(field, value, format!("{than} than `{before}` ({par})")));
-        }
+        faults.require(!is_worse, || {
+            let expected = format!("{than} than `{before}` ({par})");
+            RuleError::new(format!("{field}.{name}"), value, expected)
+        });
     }
-    if basis.trim().is_empty() {
-        return Err(RuleError::new(
-            format!("{field}.basis"),
-            "empty",
-            "where the three values come from",
-        ));
-    }
-    Ok(())
+    faults.require(!basis.trim().is_empty(), || {
+        RuleError::new(format!("{field}.basis"), "empty", "where the three values come from")
+    });
 }
 
 fn finite(field: &str, value: f64) -> Checked {

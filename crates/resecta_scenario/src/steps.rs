@@ -10,6 +10,8 @@ use crate::{
     errors::RuleError,
     exercise::Exercise,
     metrics::{Metrics, StepObservation},
+    reach,
+    rules::Faults,
     trigger::{Moment, Trigger},
 };
 
@@ -67,15 +69,15 @@ impl StepProgress {
 }
 
 /// Checks the steps of an exercise.
-pub(crate) fn check(exercise: &Exercise) -> Result<(), RuleError> {
+pub(crate) fn check(exercise: &Exercise, faults: &mut Faults) {
     for (index, step) in exercise.steps.iter().enumerate() {
         let field = format!("steps[{index}]");
-        if step.say.trim().is_empty() {
-            return Err(RuleError::new(format!("{field}.say"), "empty", "some text"));
-        }
-        step.until.check(&format!("{field}.until"), exercise)?;
+        faults.require(!step.say.trim().is_empty(), || {
+            RuleError::new(format!("{field}.say"), "empty", "some text")
+        });
+        faults.note(step.until.check(&format!("{field}.until"), exercise));
     }
-    Ok(())
+    reach::check(exercise, faults);
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::{
 
 use proptest::prelude::*;
 use resecta_instrument::InstrumentState;
-use resecta_scenario::{Exercise, ExerciseError, Library, Models};
+use resecta_scenario::{Exercise, ExerciseError, Extensions, Library, Models};
 use resecta_solver::{CollapseLaw, ShearResistance};
 use resecta_tissue::CuttingRule;
 
@@ -100,27 +100,27 @@ fn an_exercise_written_out_reads_back_the_same() {
 fn slips_of_syntax_are_placed() {
     assert_eq!(
         message("share: 0.8)]", "share: 0.8]"),
-        "mine.exercise.ron:10:36: goals[0].RemoveMarked: Expected comma"
+        "mine.exercise.ron:10:36: goals[0].RemoveMarked: expected `,` or a closing bracket before `]`"
     );
     assert_eq!(
         message("briefing:", "breifing:"),
-        "mine.exercise.ron:3:13: breifing: Unexpected field named `breifing` in `Exercise`, expected one of `title`, \
-         `briefing`, `case`, `alpha_deg`, `material`, `models`, `instrument`, `marked`, `steps`, `goals`, `limits`, `scoring`, \
-         or `total_pars` instead; did you mean `briefing`?"
+        "mine.exercise.ron:3:5: breifing: there is no field `breifing`; expected one of `title`, `briefing`, `case`, `alpha_deg`, \
+         `material`, `models`, `instrument`, `marked`, `steps`, `goals`, `limits`, `scoring`, `total_pars`; did you mean \
+         `briefing`?"
     );
     assert_eq!(
         message("MiddleLobe", "MidleLobe"),
-        "mine.exercise.ron:6:26: marked.zones[0]: Unexpected variant named `MidleLobe` in enum `Zone`, expected one \
-         of `LateralLobe`, `MiddleLobe`, `Peripheral`, or `Other` instead; did you mean `MiddleLobe`?"
+        "mine.exercise.ron:6:17: marked.zones[0]: there is no `MidleLobe`; expected one of `LateralLobe`, `MiddleLobe`, \
+         `Peripheral`, `Other`; did you mean `MiddleLobe`?"
     );
     let unknown = message("elapsed_s", "elapsed");
     assert_eq!(
         unknown,
-        "mine.exercise.ron:14:27: scoring[1].metric: unknown metric \"elapsed\"; did you mean `elapsed_s`?"
+        "mine.exercise.ron:14:18: scoring[1].metric: unknown metric \"elapsed\"; did you mean `elapsed_s`?"
     );
     assert_eq!(
         message("time_s: 300", "time_s: \"long\""),
-        "mine.exercise.ron:11:22: limits.time_s: Expected float"
+        "mine.exercise.ron:11:22: limits.time_s: expected a number, found `\"long\"`"
     );
 }
 
@@ -317,8 +317,30 @@ fn broken_rules_name_field_value_and_what_was_expected() {
         ),
     ];
     for ((original, replacement), expected) in cases {
-        assert_eq!(message(original, replacement), format!("mine.exercise.ron: {expected}"));
+        let told = message(original, replacement);
+        let place =
+            (told.strip_prefix("mine.exercise.ron:")).and_then(|told| told.strip_suffix(&format!(": {expected}")));
+        let place = place.unwrap_or_else(|| panic!("{told}"));
+        assert!(place.split(':').all(|number| number.parse::<u32>().is_ok()), "{told}");
     }
+}
+
+#[test]
+fn every_rule_that_is_broken_is_told_with_its_place() {
+    let text = GOOD
+        .replace("points: 80", "points: -5")
+        .replace("share: 0.8", "share: 1.2")
+        .replace("to: 7", "to: 13");
+    let (_, faults) = Exercise::examine(&text, Path::new("mine.exercise.ron"), &Extensions::default()).unwrap();
+    let told: Vec<String> = faults.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        told,
+        [
+            "mine.exercise.ron:7:30: marked.clock.to is 13; expected an hour from 0 to 12",
+            "mine.exercise.ron:10:33: goals[0].RemoveMarked.share is 1.2; expected a share above 0 and at most 1",
+            "mine.exercise.ron:13:50: scoring[0].points is -5; expected 0 or more",
+        ]
+    );
 }
 
 /// A folder of assets with cases that are files by name only.
@@ -343,12 +365,12 @@ fn a_missing_case_is_named_with_the_nearest() {
     let file = PathBuf::from("mine.exercise.ron");
     assert_eq!(
         load_error(&library, &GOOD.replace("medium", "mediun"), &file),
-        "mine.exercise.ron: case is \"mediun\"; expected the path of a .case.ron file or a shipped case (medium, small); \
+        "mine.exercise.ron:4:11: case is \"mediun\"; expected the path of a .case.ron file or a shipped case (medium, small); \
          did you mean `medium`?"
     );
     assert_eq!(
         load_error(&library, &GOOD.replace("medium", "glands/my.case.ron"), &file),
-        "mine.exercise.ron: case is \"glands/my.case.ron\"; expected a case file, but there is none at \
+        "mine.exercise.ron:4:11: case is \"glands/my.case.ron\"; expected a case file, but there is none at \
          glands/my.case.ron"
     );
 }

@@ -1,0 +1,12 @@
+//! Files that people write by hand, read so that every slip can be mended: where it is, what is wrong, what was expected.
+//!
+//! [`read`] turns RON into a value or a [`Slip`]; [`place_of`] finds the line and column of a field in a text, for rules that
+//! are checked after reading; [`nearest`] finds the name that was meant.
+
+mod names;
+mod place;
+mod slip;
+
+pub use names::{did_you_mean, nearest};
+pub use place::{Place, place_of};
+pub use slip::{Slip, at_field, read};
