@@ -1,14 +1,14 @@
 //! The exercises that can be chosen, each with its sketch, read when they are first looked at.
 
 use bevy::prelude::*;
-use resecta_scenario::{ExerciseError, Library, LoadedExercise};
+use resecta_scenario::{Curriculum, ExerciseError, Library, LoadedExercise};
 
 use super::sketch::Sketch;
 
 /// The shipped exercises, and one's own that the game was opened with.
 #[derive(Resource, Debug)]
 pub struct Catalogue {
-    /// Those that teach by steps first, then by name.
+    /// In the order of the curriculum; those that it does not name last, by name.
     pub entries: Vec<Entry>,
     /// Files that could not be read, and why.
     pub refused: Vec<String>,
@@ -21,6 +21,8 @@ pub struct Catalogue {
 pub struct Entry {
     /// What its file says.
     pub loaded: LoadedExercise,
+    /// Title of its level; none for one that the curriculum does not name.
+    pub level: Option<String>,
     sketch: Option<Sketch>,
 }
 
@@ -41,8 +43,24 @@ impl Catalogue {
         {
             loaded.push(own);
         }
-        loaded.sort_by_key(|loaded| loaded.exercise.steps.is_empty());
-        let entries = loaded.into_iter().map(|loaded| Entry { loaded, sketch: None });
+        let curriculum = library.curriculum().unwrap_or_else(|error| {
+            refused.push(error.to_string());
+            Curriculum::default()
+        });
+        // One's own is in no level, whatever it is called.
+        let place = |loaded: &LoadedExercise| {
+            let place = curriculum.place(&loaded.name);
+            place.filter(|_| library.is_shipped(loaded))
+        };
+        loaded.sort_by_key(|loaded| {
+            let place = place(loaded);
+            (place.is_none(), place)
+        });
+        let entries = loaded.into_iter().map(|loaded| Entry {
+            level: place(&loaded).map(|(level, _)| curriculum.levels[level].title.clone()),
+            loaded,
+            sketch: None,
+        });
         Self {
             entries: entries.collect(),
             refused,

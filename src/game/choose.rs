@@ -18,7 +18,7 @@ use super::{
 /// Width of the list, points.
 const LIST_WIDTH: f32 = 380.0;
 /// Height of a row of it, points.
-const ROW_HEIGHT: f32 = 66.0;
+const ROW_HEIGHT: f32 = 58.0;
 /// Runs of one's own that are shown.
 const RUNS_SHOWN: usize = 5;
 
@@ -80,7 +80,12 @@ fn show(
 fn list(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, lead: bool, flow: &mut GameFlow) {
     let mut selected = catalogue.selected;
     egui::ScrollArea::vertical().id_salt("exercises").show(ui, |ui| {
+        let mut level = None;
         for (index, entry) in catalogue.entries.iter().enumerate() {
+            if index == 0 || entry.level != level {
+                level.clone_from(&entry.level);
+                menu::caption(ui, level.as_deref().unwrap_or("Others"));
+            }
             let response = row(
                 ui,
                 &entry.loaded.exercise.title,
@@ -133,7 +138,7 @@ fn row(ui: &mut Ui, title: &str, case: &str, best: Option<&PastRun>, is_selected
     };
     let painter = ui.painter();
     painter.rect(area, 8.0, fill, frame, egui::StrokeKind::Inside);
-    let inner = area.shrink2(egui::vec2(16.0, 11.0));
+    let inner = area.shrink2(egui::vec2(16.0, 8.0));
     let text = |place, anchor, words: String, size, colour| {
         painter.text(place, anchor, words, FontId::proportional(size), colour);
     };

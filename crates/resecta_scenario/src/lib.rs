@@ -21,6 +21,7 @@
 //! | samples of a run over time | `run_log.rs` |
 //! | what ends a run early | `limits.rs` |
 //! | what to do better | `advice.rs` |
+//! | the order in which exercises are taken | `curriculum.rs` |
 //! | metrics, goals and exercises of others | `extension/` |
 //! | whether files are good | `validate.rs` |
 //! | a file to begin with | `template.rs` |
@@ -46,6 +47,7 @@ mod advice;
 pub mod assets;
 mod chips;
 mod clearance;
+mod curriculum;
 mod cut_map;
 mod errors;
 mod exercise;
@@ -79,6 +81,7 @@ mod water;
 pub use active::{ActiveExercise, spawn_exercise};
 pub use advice::advice;
 pub use clearance::LoopClearance;
+pub use curriculum::{Curriculum, Level};
 pub use cut_map::{CutCell, CutMap};
 pub use errors::{ExerciseError, RuleError};
 pub use exercise::{

@@ -75,6 +75,20 @@ impl Library {
         names
     }
 
+    /// Whether an exercise is one of the shipped ones, not one's own of the same name.
+    pub fn is_shipped(&self, loaded: &LoadedExercise) -> bool {
+        loaded.file == self.file_of(&loaded.name)
+    }
+
+    fn file_of(&self, name: &str) -> PathBuf {
+        let exercises = self.assets.join("exercises");
+        exercises.join(format!("{name}{EXERCISE_SUFFIX}"))
+    }
+
+    pub(crate) fn assets(&self) -> &Path {
+        &self.assets
+    }
+
     /// The names of the shipped cases, sorted.
     pub fn case_names(&self) -> Vec<String> {
         names_in(&self.assets.join("cases"), CASE_SUFFIX)
@@ -89,9 +103,7 @@ impl Library {
         let file = if by_path {
             PathBuf::from(name_or_path)
         } else {
-            self.assets
-                .join("exercises")
-                .join(format!("{name_or_path}{EXERCISE_SUFFIX}"))
+            self.file_of(name_or_path)
         };
         if !file.is_file() {
             if !by_path && let Some(exercise) = self.extensions.exercise(name_or_path) {

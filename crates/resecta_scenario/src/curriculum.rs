@@ -1,0 +1,152 @@
+//! The order in which exercises are best taken: levels of exercises, the file `curriculum.ron` among the assets.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    errors::{ExerciseError, RuleError},
+    library::{Library, MAX_FILE_BYTES, read_text},
+};
+
+/// File of the curriculum among the assets.
+const FILE: &str = "curriculum.ron";
+
+/// Levels of exercises, the first to be taken first.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Curriculum {
+    /// The levels, in order.
+    pub levels: Vec<Level>,
+}
+
+/// Exercises of about one difficulty.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Level {
+    /// Name shown to the player.
+    pub title: String,
+    /// Names of exercises of the library, the first to be taken first.
+    pub exercises: Vec<String>,
+}
+
+impl Curriculum {
+    /// The level of an exercise and its place in it, from 0; none for one that is in none.
+    pub fn place(&self, exercise: &str) -> Option<(usize, usize)> {
+        let in_level = |level: &Level| level.exercises.iter().position(|name| name == exercise);
+        let mut levels = self.levels.iter().enumerate();
+        levels.find_map(|(number, level)| Some((number, in_level(level)?)))
+    }
+
+    /// Checks that a level has a name, and that each of its exercises is there and in no level before.
+    fn check(&self, names: &[String]) -> Result<(), RuleError> {
+        for (number, level) in self.levels.iter().enumerate() {
+            if level.title.trim().is_empty() {
+                return Err(RuleError::new(format!("levels[{number}].title"), "empty", "some text"));
+            }
+            for (at, name) in level.exercises.iter().enumerate() {
+                let field = format!("levels[{number}].exercises[{at}]");
+                if !names.contains(name) {
+                    let names = names.iter().map(String::as_str);
+                    return Err(RuleError::unknown_name(
+                        field,
+                        name,
+                        "an exercise of the library",
+                        names,
+                    ));
+                }
+                if self.place(name) != Some((number, at)) {
+                    let expected = "an exercise that is not named before";
+                    return Err(RuleError::new(field, format_args!("\"{name}\""), expected));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Library {
+    /// The curriculum of the shipped exercises; without levels where the assets have none.
+    ///
+    /// # Errors
+    /// [`ExerciseError`] names the file and the place in it.
+    pub fn curriculum(&self) -> Result<Curriculum, ExerciseError> {
+        let file = self.assets().join(FILE);
+        if !file.exists() {
+            return Ok(Curriculum::default());
+        }
+        let text = read_text(&file, MAX_FILE_BYTES).map_err(|source| ExerciseError::Read {
+            file: file.clone(),
+            source,
+        })?;
+        let curriculum: Curriculum = resecta_text::read(&text).map_err(|slip| ExerciseError::Syntax {
+            file: file.clone(),
+            place: slip.place,
+            field: slip.field,
+            message: slip.message,
+            nearest: slip.nearest,
+        })?;
+        let checked = curriculum.check(&self.exercise_names());
+        checked.map_err(|rule| {
+            let rule = rule.into();
+            ExerciseError::Rule { file, rule }.placed(&text)
+        })?;
+        Ok(curriculum)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(levels: &[(&str, &[&str])]) -> Curriculum {
+        let level = |(title, exercises): &(&str, &[&str])| Level {
+            title: (*title).into(),
+            exercises: exercises.iter().map(|&name| name.into()).collect(),
+        };
+        Curriculum {
+            levels: levels.iter().map(level).collect(),
+        }
+    }
+
+    #[test]
+    fn the_shipped_one_has_every_shipped_exercise_in_it() {
+        let library = Library::new("../../assets");
+        let curriculum = library.curriculum().unwrap();
+        assert_eq!(curriculum.place("tutorial"), Some((0, 0)));
+        for name in library.exercise_names() {
+            assert!(curriculum.place(&name).is_some(), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_is_unknown_or_named_twice_is_told_with_its_place() {
+        let names = ["apex".to_owned(), "lobe".to_owned()];
+        let told = |curriculum: Curriculum| curriculum.check(&names).unwrap_err().to_string();
+        let unknown = told(of(&[("First", &["apex", "lobes"])]));
+        assert_eq!(
+            unknown,
+            "levels[0].exercises[1] is \"lobes\"; expected an exercise of the library; did you mean `lobe`?"
+        );
+        let twice = told(of(&[("First", &["apex"]), ("Second", &["lobe", "apex"])]));
+        assert_eq!(
+            twice,
+            "levels[1].exercises[1] is \"apex\"; expected an exercise that is not named before"
+        );
+        assert!(told(of(&[(" ", &[])])).starts_with("levels[0].title"));
+        assert!(of(&[("First", &["apex"]), ("Second", &["lobe"])]).check(&names).is_ok());
+    }
+
+    #[test]
+    fn a_library_without_one_has_no_levels() {
+        let folder = tempfile::tempdir().unwrap();
+        let curriculum = Library::new(folder.path()).curriculum().unwrap();
+        assert_eq!(curriculum, Curriculum::default());
+        assert_eq!(curriculum.place("apex"), None);
+        let file = folder.path().join(FILE);
+        std::fs::write(&file, "(levels: [(title: \"First\", exercises: [\"apex\"])])").unwrap();
+        let told = Library::new(folder.path()).curriculum().unwrap_err().to_string();
+        assert!(told.contains("curriculum.ron:1:"), "{told}");
+        std::fs::write(&file, "(levels: [(titel: \"First\")])").unwrap();
+        let told = Library::new(folder.path()).curriculum().unwrap_err().to_string();
+        assert!(told.contains("did you mean `title`?"), "{told}");
+    }
+}
