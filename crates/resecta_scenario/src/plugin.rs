@@ -128,7 +128,7 @@ impl Plugin for ScenarioPlugin {
                         observe_water,
                         observe_vessels,
                         observe_chips,
-                        sight::observe_landmark,
+                        sight::observe_landmark.after(clearance::measure),
                     )
                         .chain()
                         .in_set(Observe),
