@@ -177,6 +177,7 @@ impl Trigger {
             Trigger::Reached { .. } => &[Action::Advance, Action::Withdraw],
             Trigger::LookedAt { .. } => &[
                 Action::Advance,
+                Action::Withdraw,
                 Action::TipUp,
                 Action::TipDown,
                 Action::RollLeft,
