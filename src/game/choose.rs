@@ -193,11 +193,12 @@ fn details(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, flow: &mut
                 Some(false) => "water",
                 None => "dry",
             };
+            let dye = if exercise.marked.dyed { "" } else { ", not dyed" };
             let rows = [
                 ("Case", loaded.case.name.clone()),
                 ("Volume", format!("{:.0} ml", sketch.volume_ml)),
                 ("Adenoma", format!("{:.0} ml", sketch.adenoma_ml)),
-                ("Marked", format!("{:.1} ml", sketch.marked_ml)),
+                ("Marked", format!("{:.1} ml{dye}", sketch.marked_ml)),
                 ("Size", format!("{length:.0} × {across:.0} × {height:.0} mm")),
                 ("Time", clock(exercise.limits.time_s)),
                 ("Scene", blood.into()),

@@ -1,5 +1,5 @@
-//! A picture of an exercise: its gland cut across and cut along, zones in their colours, the marked part dyed. Drawn from a
-//! coarse lattice of the case, by egui's painter.
+//! A picture of an exercise: its gland cut across and cut along, zones in their colours, the marked part dyed where it is in
+//! play. Drawn from a coarse lattice of the case, by egui's painter.
 
 use bevy_egui::egui::{self, Align2, Color32, FontId, Pos2, Rect, Shape, Stroke, Ui};
 use resecta_anatomy::{Lattice, LatticeOptions, Zone};
@@ -47,11 +47,13 @@ impl Sketch {
         };
         let landmarks = &loaded.case.landmarks;
         let marked = MarkedRegion::of_lattice(&loaded.exercise.marked, &lattice, landmarks);
+        // As in play: where a region ends that is not dyed is for the player to see.
+        let dyed = loaded.exercise.marked.dyed;
         let shape = lattice.shape;
         let at = |i, j, k| lattice.positions[shape.index(i, j, k) as usize];
         let colour = |i, j, k| {
             let first = 2 * shape.cell_index(i, j, k);
-            if marked.contains(first) || marked.contains(first + 1) {
+            if dyed && (marked.contains(first) || marked.contains(first + 1)) {
                 palette::MARK
             } else if lattice.zones[first as usize].is_adenoma() {
                 palette::ADENOMA

@@ -77,13 +77,8 @@ impl Library {
             file: file.clone(),
             source,
         })?;
-        let curriculum: Curriculum = resecta_text::read(&text).map_err(|slip| ExerciseError::Syntax {
-            file: file.clone(),
-            place: slip.place,
-            field: slip.field,
-            message: slip.message,
-            nearest: slip.nearest,
-        })?;
+        let read = resecta_text::read(&text);
+        let curriculum: Curriculum = read.map_err(|slip| ExerciseError::of_slip(&file, slip))?;
         let checked = curriculum.check(&self.exercise_names());
         checked.map_err(|rule| {
             let rule = rule.into();

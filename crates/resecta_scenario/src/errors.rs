@@ -1,11 +1,14 @@
 //! What can be wrong with an exercise, said so that its author can mend it: file, place, field, value, what was expected.
 
-use std::{fmt, io, path::PathBuf};
+use std::{
+    fmt, io,
+    path::{Path, PathBuf},
+};
 
 use resecta_anatomy::{CaseError, LatticeError};
 use resecta_solver::MeshError;
 pub use resecta_text::nearest;
-use resecta_text::{Place, at_field, did_you_mean, place_of};
+use resecta_text::{Place, Slip, at_field, did_you_mean, place_of};
 use thiserror::Error;
 
 /// Why an exercise was refused. Nothing changes in the running world when one is returned.
@@ -76,6 +79,17 @@ pub enum ExerciseError {
 }
 
 impl ExerciseError {
+    /// A slip of syntax in a file.
+    pub(crate) fn of_slip(file: &Path, slip: Slip) -> Self {
+        Self::Syntax {
+            file: file.into(),
+            place: slip.place,
+            field: slip.field,
+            message: slip.message,
+            nearest: slip.nearest,
+        }
+    }
+
     /// The error with the place of its field in the text of the exercise file, where it has one and it is not known yet.
     pub(crate) fn placed(mut self, text: &str) -> Self {
         if let Self::Rule { rule, .. } = &mut self {

@@ -39,13 +39,7 @@ impl Exercise {
         extensions: &Extensions,
     ) -> Result<(Self, Vec<ExerciseError>), ExerciseError> {
         let read = while_known(extensions, || resecta_text::read(text));
-        let exercise: Self = read.map_err(|slip| ExerciseError::Syntax {
-            file: file.into(),
-            place: slip.place,
-            field: slip.field,
-            message: slip.message,
-            nearest: slip.nearest,
-        })?;
+        let exercise: Self = read.map_err(|slip| ExerciseError::of_slip(file, slip))?;
         let faults = exercise.faults().into_iter().map(|rule| {
             let (file, rule) = (file.into(), rule.into());
             ExerciseError::Rule { file, rule }.placed(text)
