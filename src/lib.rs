@@ -33,6 +33,7 @@
 
 pub mod export;
 pub mod game;
+pub mod page;
 pub mod players;
 pub mod rates;
 pub mod spring_scene;

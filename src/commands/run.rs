@@ -14,8 +14,9 @@ use resecta::{
     anatomy::vtu,
     export, headless,
     instrument::{InstrumentLimits, InstrumentRecording, InstrumentScript, InstrumentSource},
+    page,
     players::{self, Player, PlayersPlugin},
-    scenario::{ActiveExercise, EndReason, LoadedExercise, PreparedExercise, Report, Trace},
+    scenario::{ActiveExercise, CutMap, EndReason, LoadedExercise, PreparedExercise, Report, RunLog, Trace, advice},
     tissue::{Tissue, TissueDiagnostics},
     view::{Pictures, PicturesPlugin, adapter_available, finish_pictures},
 };
@@ -25,9 +26,12 @@ use super::{
     timing::{Stopwatch, Timing},
 };
 
+/// Sentences of what to do better.
+const ADVICE: usize = 5;
+
 /// Play an exercise without a window, as fast as the machine can
 ///
-/// Writes report.json (score and metrics), trace.csv (a row a step), gland.vtu (what is left, for ParaView or meshio) and timing.json. Equal
+/// Writes report.html (to be read and printed), report.json (score and metrics), trace.csv (a row a step), gland.vtu (what is left, for ParaView or meshio) and timing.json. Equal
 /// runs write equal bytes, whatever the number of threads, but for timing.json.
 #[derive(Args)]
 pub struct Run {
@@ -105,7 +109,7 @@ impl Run {
         files::prepare_folder(&self.out)?;
 
         let mut app = headless::app(self.threads);
-        app.init_resource::<Trace>();
+        app.init_resource::<Trace>().init_resource::<RunLog>();
         // A process has one log: where pictures are taken, it is that of the renderer.
         if self.frames.is_none() {
             app.add_plugins(LogPlugin {
@@ -212,6 +216,18 @@ fn progress_bar(what: &'static str, steps: u64) -> ProgressBar {
 fn write_results(out: &Path, world: &World, report: &Report) -> Result<(), Failure> {
     let active = world.resource::<ActiveExercise>();
     files::write(&out.join("report.json"), report.to_json())?;
+    if let Some(tissue) = world.get::<Tissue>(active.tissue) {
+        let map = CutMap::new(
+            tissue.solver(),
+            &active.walls,
+            &active.marked,
+            page::ROW_MM,
+            page::COLUMNS,
+        );
+        let said = advice(world.resource(), world.resource(), ADVICE);
+        let page = page::page(report, world.resource(), &map, &said);
+        files::write(&out.join("report.html"), page)?;
+    }
     let mut rows = Vec::new();
     let file = out.join("trace.csv");
     world

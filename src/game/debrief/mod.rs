@@ -20,11 +20,7 @@ use super::{
     palette,
     panel::clock,
 };
-
-/// Height of a row of the map, mm.
-const ROW_MM: f64 = 2.0;
-/// Columns of the map: a quarter of an hour each.
-const COLUMNS: usize = 48;
+use crate::page;
 
 pub fn plugin(app: &mut App) {
     app.init_resource::<Debriefing>()
@@ -79,7 +75,13 @@ fn gather(
         && let Some(active) = active
         && let Ok(tissue) = tissues.get(active.tissue)
     {
-        let map = CutMap::new(tissue.solver(), &active.walls, &active.marked, ROW_MM, COLUMNS);
+        let map = CutMap::new(
+            tissue.solver(),
+            &active.walls,
+            &active.marked,
+            page::ROW_MM,
+            page::COLUMNS,
+        );
         debriefing.map = Some(map);
     }
 }
