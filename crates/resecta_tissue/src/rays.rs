@@ -4,8 +4,8 @@ use bevy::{ecs::system::SystemParam, prelude::*};
 
 use crate::{collide::Collider, components::Tissue, skin::Skin};
 
-/// Casts rays at the surfaces of tissues as they lie now. For systems after [`TissueSystems::WriteBack`]; a system that has it
-/// reads tissues through it, and asks of none that another component's query borrows.
+/// Casts rays at the surfaces of tissues as they lie now. For systems after [`TissueSystems::WriteBack`]. A system that has it cannot
+/// query tissues besides: it reads them through [`TissueRays::tissue`].
 ///
 /// [`TissueSystems::WriteBack`]: crate::TissueSystems::WriteBack
 #[derive(SystemParam)]

@@ -101,15 +101,15 @@ fn a_file_names_what_is_registered_and_nothing_else() {
     for (slip, expected) in [
         (
             TEXT.replace("longest_rest_s", "longst_rest_s"),
-            "mine.exercise.ron:9:39: scoring[0].metric: unknown metric \"longst_rest_s\"; did you mean `longest_rest_s`?",
+            "mine.exercise.ron:9:24: scoring[0].metric: unknown metric \"longst_rest_s\"; did you mean `longest_rest_s`?",
         ),
         (
             TEXT.replace("longest_rest_s", "elapsed"),
-            "mine.exercise.ron:9:33: scoring[0].metric: unknown metric \"elapsed\"; did you mean `elapsed_s`?",
+            "mine.exercise.ron:9:24: scoring[0].metric: unknown metric \"elapsed\"; did you mean `elapsed_s`?",
         ),
         (
             TEXT.replace("goals: [Extension(\"rested\")]", "goals: [Extension(\"restd\")]"),
-            "mine.exercise.ron:7:30: goals[0].Extension: unknown goal of an extension \"restd\"; did you mean `rested`?",
+            "mine.exercise.ron:7:13: goals[0].Extension: unknown goal of an extension \"restd\"; did you mean `rested`?",
         ),
     ] {
         let error = library.load_text(&slip, file).map(drop).unwrap_err();
