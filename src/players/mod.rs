@@ -58,6 +58,6 @@ pub fn seat(world: &mut World, player: Player) {
         return;
     };
     let instrument = active.instrument;
-    let play = Play::new(player.manner(), &active.case, &active.exercise.marked);
+    let play = Play::new(player.manner(), &active.case, &active.exercise);
     world.entity_mut(instrument).insert((InstrumentSource::Requests, play));
 }

@@ -3,7 +3,7 @@
 use bevy::{math::DVec3, prelude::*};
 use resecta_anatomy::Case;
 use resecta_instrument::{InstrumentPlayback, InstrumentRequest, InstrumentState, Resectoscope};
-use resecta_scenario::{Marked, RunState};
+use resecta_scenario::{Exercise, RunState};
 
 use super::{
     hand::{approach, hold, is_at},
@@ -17,6 +17,8 @@ const LIFT_MM: f32 = 4.0;
 const LET_GO_STEPS: u32 = 3;
 /// How long a bleeder is pressed at most, s, and how far the loop may sink in before it is given up, mm.
 const PRESS_S: f32 = 1.5;
+/// How long it is pressed at least, s: a vessel closes after half a second of current.
+const PRESS_LEAST_S: f32 = 0.6;
 const SINK_MM: f32 = 5.0;
 /// How fast it sinks in, mm/s: until it meets tissue where the bleeder was seen, and from there on, while it still bleeds.
 const SINK_MM_PER_S: f32 = 12.0;
@@ -71,6 +73,8 @@ enum Doing {
 #[derive(Component, Debug, Clone)]
 pub(super) struct Play {
     manner: Manner,
+    /// Whether the exercise asks for tissue: else the strokes are only where it looks for bleeders.
+    cuts: bool,
     strokes: Vec<(usize, Stroke)>,
     next: usize,
     /// How often they are yet to be gone through.
@@ -88,19 +92,22 @@ pub(super) struct Play {
 }
 
 impl Play {
-    pub fn new(manner: Manner, case: &Case, marked: &Marked) -> Self {
+    pub fn new(manner: Manner, case: &Case, exercise: &Exercise) -> Self {
         let outlines = Outlines::new(case);
         let heights = match (case.slices.first(), case.slices.last()) {
             (Some(first), Some(last)) if case.slices.len() > 1 => first.z as i32..last.z as i32 + 1,
             _ => 0..0,
         };
+        let cuts = exercise.asks_for_tissue();
+        let strokes = strokes(case, &exercise.marked, &manner);
         let middle = |z: i32| outlines.centre(z.into()).extend(z.into());
         Self {
             manner,
-            strokes: strokes(case, marked, &manner),
-            next: 0,
+            cuts,
+            next: if cuts { 0 } else { strokes.len() },
+            strokes,
             rounds: manner.rounds,
-            doing: Doing::Reach,
+            doing: if cuts { Doing::Reach } else { Doing::Look(0.0) },
             tried: Vec::new(),
             searches: 0,
             steps_without_tissue: 0,
@@ -226,6 +233,10 @@ impl Play {
                     go(&to)
                 }
                 None => {
+                    if !self.cuts {
+                        // Nothing else is to be done: what was tried in vain is tried again.
+                        self.tried.clear();
+                    }
                     self.doing = Doing::Look(0.0);
                     released
                 }
@@ -246,7 +257,9 @@ impl Play {
                 let sinks_mm_per_s = if is_there { PRESS_MM_PER_S } else { SINK_MM_PER_S };
                 let sunk_mm = sunk_mm + sinks_mm_per_s * step_s;
                 let pressed_s = pressed_s + if is_there { step_s } else { 0.0 };
-                let is_over = pressed_s > PRESS_S || sunk_mm > SINK_MM || (pressed_s > 0.0 && !still_bleeds);
+                // The loop, or tissue that it folds, may hide the bleeder: a short press tells nothing.
+                let is_closed = pressed_s > PRESS_LEAST_S && !still_bleeds;
+                let is_over = pressed_s > PRESS_S || sunk_mm > SINK_MM || is_closed;
                 self.doing = if is_over {
                     Doing::Look(0.0)
                 } else {
@@ -300,6 +313,11 @@ impl Play {
             && let Some(place) = self.nearest_bleeder(now, scope, senses)
         {
             return self.seek(place);
+        }
+        if !self.cuts {
+            // Wherever something was cut, again and again: the exercise ends when nothing bleeds.
+            self.searches = SEARCHES;
+            return Doing::Search(0);
         }
         if manner.minds_water && senses.visibility() < CLEAR {
             if self.searches > 0 && waited_s < WAIT_S {

@@ -1,7 +1,8 @@
 //! Bleeding: vessels open where tissue is cut, bleed, clot, and are closed by a current.
 //!
 //! - A vessel **opens** when half of the pentahedron that carries it has been cut away
-//!   ([`TissueResected`] says what lost tissue): the cut then passes through its middle. Veins open no other way; that they do
+//!   ([`TissueResected`] says what lost tissue): the cut then passes through its middle. In tissue that was cut before its
+//!   vessels came into the app they bleed from their first step. Veins open no other way; that they do
 //!   so only near the capsule is because they lie there ([`Vessels::generate`]).
 //! - It **bleeds** as `circulation.rs` says. Veins bleed into the bladder through ports of `balance.rs`, so that they stop at
 //!   the very moment at which its pressure passes theirs; what passed in a step is shared among them by what each would have
@@ -26,11 +27,8 @@ use crate::{
     irrigation,
     plugin::{self, FluidSystems, Step, time_passes},
     refused::{FluidError, FluidRefused},
-    vessels::{ClosedBy, Course, Vessel, VesselClosed, VesselKind, VesselOpened, VesselState, Vessels},
+    vessels::{ClosedBy, Course, Vessel, VesselClosed, VesselKind, VesselOpened, VesselState, Vessels, is_cut},
 };
-
-/// Share of a pentahedron that must be left for its vessel to stay closed.
-const INTACT_SHARE: f64 = 0.5;
 
 /// Bleeding of tissues with [`Vessels`]: with a [`Circulation`] in the app.
 #[derive(Debug, Clone)]
@@ -92,11 +90,12 @@ fn ordered<'a>(lists: impl Iterator<Item = (Entity, Mut<'a, Vessels>)>) -> Vec<(
     lists
 }
 
-/// Gives new lists their ordinal and looks for vessels that are nowhere.
+/// Gives new lists their ordinal, looks for vessels that are nowhere, and opens those in tissue that was cut before they came.
 fn adopt(
     mut lists: Query<(Entity, &mut Vessels, &Tissue)>,
     mut count: ResMut<ListCount>,
     mut refused: MessageWriter<FluidRefused>,
+    mut opened: MessageWriter<VesselOpened>,
 ) {
     for (entity, mut vessels, tissue) in &mut lists {
         if vessels.ordinal.is_some() {
@@ -104,9 +103,12 @@ fn adopt(
         }
         vessels.ordinal = Some(count.0);
         count.0 += 1;
-        let pentahedra = tissue.solver().pentahedron_count();
-        for (vessel, course) in &mut vessels.list {
-            if vessel.pentahedron as usize >= pentahedra {
+        let solver = tissue.solver();
+        for (index, (vessel, course)) in vessels.list.iter_mut().enumerate() {
+            if course.state == VesselState::Intact && is_cut(solver, course.carrier) {
+                opened.write(course.open(entity, index, vessel, solver));
+            }
+            if vessel.pentahedron as usize >= solver.pentahedron_count() {
                 course.state = VesselState::PutAside;
                 refused.write(FluidRefused {
                     what: "Vessels",
@@ -143,19 +145,23 @@ fn open(
                 let of = |&(pentahedron, _): &(u32, f64)| pentahedron;
                 cut.tissue == entity && cut.taken_mm3.binary_search_by_key(&course.carrier, of).is_ok()
             };
-            if course.state == VesselState::Intact
-                && solver.fill(course.carrier) <= INTACT_SHARE
-                && cuts.iter().any(lost_tissue)
-            {
-                course.state = VesselState::Open;
-                course.follow(vessel, solver);
-                opened.write(VesselOpened {
-                    tissue: entity,
-                    vessel: index,
-                    kind: vessel.kind,
-                    place: course.place,
-                });
+            if course.state == VesselState::Intact && is_cut(solver, course.carrier) && cuts.iter().any(lost_tissue) {
+                opened.write(course.open(entity, index, vessel, solver));
             }
+        }
+    }
+}
+
+impl Course {
+    /// Begins to bleed.
+    fn open(&mut self, tissue: Entity, index: usize, vessel: &Vessel, solver: &resecta_solver::Tissue) -> VesselOpened {
+        self.state = VesselState::Open;
+        self.follow(vessel, solver);
+        VesselOpened {
+            tissue,
+            vessel: index,
+            kind: vessel.kind,
+            place: self.place,
         }
     }
 }

@@ -8,6 +8,9 @@ use crate::{
     refused::{FluidError, check},
 };
 
+/// Share of a pentahedron that must be left for its vessel to stay closed.
+const INTACT_SHARE: f64 = 0.5;
+
 /// What a vessel carries.
 #[derive(Reflect, Serialize, Deserialize, Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum VesselKind {
@@ -207,6 +210,15 @@ impl Vessels {
         })
     }
 
+    /// Closes those that a cut has reached already and that have bled in no app yet: somebody coagulated them.
+    pub fn close_cut(&mut self, tissue: &resecta_solver::Tissue) {
+        for (_, course) in &mut self.list {
+            if course.state == VesselState::Intact && is_cut(tissue, course.carrier) {
+                course.state = VesselState::Coagulated;
+            }
+        }
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         self.list.len()
@@ -250,6 +262,11 @@ impl Vessels {
     pub fn lost_by_ml(&self, vessel: usize) -> f64 {
         self.list.get(vessel).map_or(0.0, |(_, course)| course.lost_ml)
     }
+}
+
+/// Whether so much of a pentahedron has been cut away that its vessel lies open.
+pub(crate) fn is_cut(tissue: &resecta_solver::Tissue, pentahedron: u32) -> bool {
+    (pentahedron as usize) < tissue.pentahedron_count() && tissue.fill(pentahedron) <= INTACT_SHARE
 }
 
 impl Course {

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use bevy::prelude::*;
 use resecta_anatomy::Case;
 use resecta_instrument::InstrumentRequest;
-use resecta_tissue::{Tissue, TissueSettings, TissueTint};
+use resecta_tissue::{TissueSettings, TissueTint};
 
 use crate::{
     chips,
@@ -101,13 +101,11 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
     let dyed = loaded.exercise.marked.dyed;
     let marked_nodes = (marked.pentahedra())
         .filter(|_| dyed)
-        .flat_map(|pentahedron| tissue.pentahedron_nodes(pentahedron));
+        .flat_map(|pentahedron| tissue.solver().pentahedron_nodes(pentahedron));
     let tint = TissueTint {
         nodes: marked_nodes.map(|node| (node, MARK)).collect(),
     };
-    let tissue = world
-        .spawn((Name::new("Gland"), Tissue::new(tissue), settings, tint))
-        .id();
+    let tissue = world.spawn((Name::new("Gland"), tissue, settings, tint)).id();
     let instrument = world
         .spawn((Name::new("Resectoscope"), resectoscope, start, InstrumentRequest(start)))
         .id();

@@ -7,7 +7,10 @@ use resecta_solver::{CollapseLaw, ShearResistance};
 use resecta_tissue::{CutDetail, CuttingRule};
 use serde::{Deserialize, Serialize};
 
-use crate::{extension::GoalId, limits::Limits, metrics::MetricId, pars::Pars, steps::Step, water::Water};
+use crate::{
+    begun::Begun, extension::GoalId, limits::Limits, metrics::MetricId, pars::Pars, steps::Step, trigger::Trigger,
+    water::Water,
+};
 
 /// One exercise, as its author wrote it. Absent optional fields take the default stated beside them; `Some(..)` may be
 /// left out around a value.
@@ -31,6 +34,9 @@ pub struct Exercise {
     /// Which parts of the tissue model are on.
     #[serde(default)]
     pub models: Models,
+    /// How far the operation has come when the exercise begins. Default: nothing was cut.
+    #[serde(default)]
+    pub begun: Option<Begun>,
     /// Where the instrument enters and how it starts.
     #[serde(default)]
     pub instrument: InstrumentSetup,
@@ -53,6 +59,20 @@ pub struct Exercise {
 /// The finest lattice of the papers' table is 7 degrees; 8 keeps a step well inside 1/60 s.
 pub(crate) fn default_alpha_deg() -> f64 {
     8.0
+}
+
+impl Exercise {
+    /// Whether a goal, or a step, is that tissue goes.
+    pub fn asks_for_tissue(&self) -> bool {
+        let removes = |goal: &Goal| matches!(goal, Goal::RemoveMarked { .. });
+        let cuts = |step: &Step| {
+            matches!(
+                step.until,
+                Trigger::Cut { .. } | Trigger::MarkedRemoved { .. } | Trigger::ZoneRemoved { .. }
+            )
+        };
+        self.goals.iter().any(removes) || self.steps.iter().any(cuts)
+    }
 }
 
 /// Which parts of the tissue model are on; what is off costs nothing.

@@ -10,6 +10,7 @@
 //! | what an exercise file may say | `exercise.rs` |
 //! | which rules it must keep | `rules.rs`, `reach.rs` |
 //! | which tissue is marked | `region.rs` |
+//! | what is cut before it begins | `begun.rs` |
 //! | which blood and water it has | `water.rs` |
 //! | whether what is cut free floats | `chips.rs` |
 //! | the table of metrics, and how each is measured | `metrics/` |
@@ -45,6 +46,7 @@
 mod active;
 mod advice;
 pub mod assets;
+mod begun;
 mod chips;
 mod clearance;
 mod curriculum;
@@ -80,6 +82,7 @@ mod water;
 
 pub use active::{ActiveExercise, spawn_exercise};
 pub use advice::advice;
+pub use begun::{Begun, Trench};
 pub use clearance::LoopClearance;
 pub use curriculum::{Curriculum, Level};
 pub use cut_map::{CutCell, CutMap};

@@ -4,6 +4,7 @@ use bevy::prelude::*;
 use resecta_anatomy::{Case, Lattice, LatticeOptions, Zone};
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_solver::{Material, TissueMesh};
+use resecta_tissue::Tissue;
 use serde::Serialize;
 
 use crate::{
@@ -29,7 +30,7 @@ pub struct PreparedExercise {
     pub distal: MarkedRegion,
     /// Urethra and capsule at rest.
     pub walls: Walls,
-    /// Volume at rest of every zone, mm³, indexed by [`Zone::index`].
+    /// Volume at rest of every zone at the start, mm³, indexed by [`Zone::index`].
     pub zone_mm3: [f64; Zone::COUNT],
     /// Area at rest of the whole capsule, mm².
     pub capsule_mm2: f64,
@@ -37,8 +38,8 @@ pub struct PreparedExercise {
     pub material_name: String,
     /// The material, with the exercise's own resistance to shear.
     pub material: Material,
-    /// The gland.
-    pub tissue: resecta_solver::Tissue,
+    /// The gland, as far as it is cut already.
+    pub tissue: Tissue,
     /// The instrument.
     pub resectoscope: Resectoscope,
     /// Where it starts.
@@ -86,6 +87,7 @@ impl LoadedExercise {
             source,
         })?;
 
+        let walls = Walls::of_lattice(&lattice);
         let marked = MarkedRegion::of_lattice(&self.exercise.marked, &lattice, &self.case.landmarks);
         if marked.total_mm3() <= 0.0 {
             let expected = "a region with tissue in it: widen zones, clock, height or depth";
@@ -127,23 +129,44 @@ impl LoadedExercise {
             file: self.file.clone(),
             source,
         })?;
+        let mut gland = Tissue::new(tissue);
+        let gone_mm3 = match &self.exercise.begun {
+            Some(begun) => begun
+                .cut(&mut gland, models, &walls, &self.case.landmarks)
+                .map_err(broken)?,
+            None => Vec::new(),
+        };
+        let marked = marked.without(&gone_mm3);
+        if marked.total_mm3() <= 0.0 {
+            let expected = "a region of which the trenches of `begun` leave something";
+            return Err(broken(RuleError::new("marked", "cut away at the start", expected)));
+        }
+        let tissue = gland.solver();
+
+        let capsule_mm2 = (0..tissue.pentahedron_count() as u32).map(|index| f64::from(tissue.capsule_area_mm2(index)));
+        let capsule_mm2 = capsule_mm2.sum();
+        let mut zone_mm3 = [0.0; Zone::COUNT];
+        for index in 0..tissue.pentahedron_count() as u32 {
+            zone_mm3[tissue.pentahedron_zone(index).index()] += tissue.rest_volume_mm3(index);
+        }
+        for &(index, gone) in &gone_mm3 {
+            zone_mm3[tissue.pentahedron_zone(index).index()] -= gone;
+        }
 
         let resectoscope = place(&self.exercise.instrument, &self.case).map_err(broken)?;
         let start = match self.exercise.instrument.start {
             Some(start) => start,
             None => beside_verumontanum(&resectoscope, &self.case),
         };
-        let water = models.water.as_ref().map(|water| water.prepare(&tissue));
-        let water = water.transpose().map_err(broken)?;
+        let water = models.water.as_ref().map(|water| water.prepare(tissue));
+        let mut water = water.transpose().map_err(broken)?;
+        if let (Some(water), Some(begun)) = (&mut water, &self.exercise.begun) {
+            water.begin(begun, tissue).map_err(broken)?;
+        }
         let start = water.as_ref().map_or(start, |water| water.with_taps(start));
         let density = material.density_g_per_mm3;
         let floating = (models.chips).map(|settings| chips::prepare(settings, &self.case, &resectoscope, density));
         let floating = floating.transpose().map_err(broken)?;
-        let capsule = (0..tissue.pentahedron_count() as u32).map(|index| f64::from(tissue.capsule_area_mm2(index)));
-        let mut zone_mm3 = [0.0; Zone::COUNT];
-        for index in 0..tissue.pentahedron_count() as u32 {
-            zone_mm3[tissue.pentahedron_zone(index).index()] += tissue.rest_volume_mm3(index);
-        }
         Ok(PreparedExercise {
             lattice: LatticeSummary {
                 angle_deg: lattice.angle_deg,
@@ -154,13 +177,13 @@ impl LoadedExercise {
                 volume_mm3: tissue.initial_volume_mm3(),
             },
             zone_mm3,
-            capsule_mm2: capsule.sum(),
+            capsule_mm2,
             distal: MarkedRegion::of_lattice(&Marked::below_verumontanum(), &lattice, &self.case.landmarks),
-            walls: Walls::of_lattice(&lattice),
+            walls,
             marked,
             material_name,
             material,
-            tissue,
+            tissue: gland,
             resectoscope,
             start,
             water,

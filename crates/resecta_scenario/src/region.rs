@@ -57,6 +57,16 @@ impl MarkedRegion {
         self.total_mm3
     }
 
+    /// The region without what of it is gone: volumes at rest by pentahedron, mm³.
+    pub(crate) fn without(mut self, gone_mm3: &[(u32, f64)]) -> Self {
+        for &(pentahedron, gone) in gone_mm3 {
+            if let Some(volume) = self.volumes_mm3.get_mut(pentahedron as usize) {
+                *volume = (*volume - gone).max(0.0);
+            }
+        }
+        Self::new(self.volumes_mm3)
+    }
+
     /// The marked pentahedra, ascending.
     pub fn pentahedra(&self) -> impl Iterator<Item = u32> + '_ {
         let marked = self.volumes_mm3.iter().enumerate().filter(|&(_, &volume)| volume > 0.0);
@@ -113,6 +123,20 @@ impl HeightRange {
             ),
         };
         distance_mm.is_some_and(|distance_mm| from_mm <= distance_mm && distance_mm < to_mm)
+    }
+
+    /// Its ends on the axis (case coordinates, mm), the one nearer to the apex first; none without the landmark.
+    pub(crate) fn ends_mm(self, landmarks: &Landmarks) -> Option<(f64, f64)> {
+        Some(match self {
+            Self::BelowBladderNeck { from_mm, to_mm } => {
+                let neck = landmarks.bladder_neck?;
+                (neck.z - to_mm, neck.z - from_mm)
+            }
+            Self::AboveVerumontanum { from_mm, to_mm } => {
+                let verumontanum = landmarks.verumontanum?;
+                (verumontanum.z + from_mm, verumontanum.z + to_mm)
+            }
+        })
     }
 }
 

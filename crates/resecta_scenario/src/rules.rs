@@ -65,6 +65,9 @@ impl Exercise {
             faults.note(Err(RuleError::unknown_name("material", material, expected, names)));
         }
         models(&self.models, &mut faults);
+        if let Some(begun) = &self.begun {
+            begun.check(&self.models, &mut faults);
+        }
         instrument(&self.instrument, &mut faults);
         marked(&self.marked, &mut faults);
         steps::check(self, &mut faults);
@@ -203,17 +206,7 @@ fn marked(marked: &Marked, faults: &mut Faults) {
         });
     }
     if let Some(height) = marked.height {
-        let (variant, from_mm, to_mm) = match height {
-            HeightRange::BelowBladderNeck { from_mm, to_mm } => ("BelowBladderNeck", from_mm, to_mm),
-            HeightRange::AboveVerumontanum { from_mm, to_mm } => ("AboveVerumontanum", from_mm, to_mm),
-        };
-        let field = format!("marked.height.{variant}");
-        faults.note(rising(
-            &format!("{field}.from_mm"),
-            from_mm,
-            &format!("{field}.to_mm"),
-            to_mm,
-        ));
+        of_height("marked.height", height, faults);
     }
     if let Some(depth) = marked.depth_mm {
         faults.note(rising(
@@ -223,6 +216,21 @@ fn marked(marked: &Marked, faults: &mut Faults) {
             depth.to,
         ));
     }
+}
+
+/// Heights must rise.
+pub(crate) fn of_height(field: &str, height: HeightRange, faults: &mut Faults) {
+    let (variant, from_mm, to_mm) = match height {
+        HeightRange::BelowBladderNeck { from_mm, to_mm } => ("BelowBladderNeck", from_mm, to_mm),
+        HeightRange::AboveVerumontanum { from_mm, to_mm } => ("AboveVerumontanum", from_mm, to_mm),
+    };
+    let field = format!("{field}.{variant}");
+    faults.note(rising(
+        &format!("{field}.from_mm"),
+        from_mm,
+        &format!("{field}.to_mm"),
+        to_mm,
+    ));
 }
 
 fn score_rule(field: &str, rule: &ScoreRule, faults: &mut Faults) {

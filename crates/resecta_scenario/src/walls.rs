@@ -52,6 +52,28 @@ impl Walls {
         centre.map_or(0.0, |centre| clock_hour(point.truncate() - centre))
     }
 
+    /// The point of the wall of the urethra at a height, in the direction of an hour from its middle, and that direction; none in
+    /// a lattice without slices.
+    pub fn urethra_at(&self, z: f64, hour: f64) -> Option<(DVec2, DVec2)> {
+        let (sin, cos) = (hour / 12.0 * TAU).sin_cos();
+        let outwards = DVec2::new(sin, -cos);
+        let (centre, wall) = self.mix(z, |below, above, share| {
+            let pairs = below.urethra.iter().zip(&above.urethra);
+            let wall: Vec<DVec2> = pairs.map(|(a, b)| a.lerp(*b, share)).collect();
+            (below.centre.lerp(above.centre, share), wall)
+        })?;
+        let next = wall.iter().cycle().skip(1);
+        let distances = wall.iter().zip(next).filter_map(|(&a, &b)| {
+            let (a, b) = (a - centre, b - centre);
+            // Where the edge crosses the ray's line.
+            let share = outwards.perp_dot(a) / outwards.perp_dot(a - b);
+            let place = a.lerp(b, share).dot(outwards);
+            ((0.0..=1.0).contains(&share) && place >= 0.0).then_some(place)
+        });
+        let distance = distances.fold(0.0, f64::max);
+        Some((centre + outwards * distance, outwards))
+    }
+
     /// Distance from the wall of the urethra in the transverse plane, mm.
     pub fn depth_mm(&self, point: DVec3) -> f64 {
         self.distance(point, |ring| &ring.urethra)

@@ -10,7 +10,7 @@ use resecta_fluid::{
 use resecta_instrument::{InstrumentState, Resectoscope};
 use serde::{Deserialize, Serialize};
 
-use crate::{active::ActiveExercise, errors::RuleError};
+use crate::{active::ActiveExercise, begun::Begun, errors::RuleError};
 
 /// Irrigation and bladder, and what else of blood and water is on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -73,6 +73,18 @@ impl PreparedWater {
             inflow_tap: self.irrigation.inflow_tap as f32,
             outflow_tap: self.irrigation.outflow_tap as f32,
             ..start
+        }
+    }
+
+    /// Blood where the operation has begun: from the vessels that lie open, or are closed, and in the water.
+    pub(crate) fn begin(&mut self, begun: &Begun, gland: &resecta_solver::Tissue) -> Result<(), RuleError> {
+        if let Some(vessels) = self.vessels.as_mut().filter(|_| !begun.bleeding) {
+            vessels.close_cut(gland);
+        }
+        match &mut self.turbidity {
+            Some(turbidity) => (turbidity.set_concentration(begun.blood_in_water))
+                .map_err(|error| RuleError::new("begun.blood_in_water", error.value, error.expected)),
+            None => Ok(()),
         }
     }
 }

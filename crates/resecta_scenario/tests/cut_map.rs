@@ -11,18 +11,24 @@ fn prepared() -> PreparedExercise {
 }
 
 fn map(prepared: &PreparedExercise, row_mm: f64, columns: usize) -> CutMap {
-    CutMap::new(&prepared.tissue, &prepared.walls, &prepared.marked, row_mm, columns)
+    CutMap::new(
+        prepared.tissue.solver(),
+        &prepared.walls,
+        &prepared.marked,
+        row_mm,
+        columns,
+    )
 }
 
 #[test]
 fn the_cells_hold_the_gland_and_lose_what_it_lost_however_fine_they_are() {
     let mut prepared = prepared();
-    let left: Vec<(u32, f64)> = (0..prepared.tissue.pentahedron_count() as u32)
+    let left: Vec<(u32, f64)> = (0..prepared.tissue.solver().pentahedron_count() as u32)
         .step_by(7)
         .map(|index| (index, f64::from(index % 5) / 5.0))
         .collect();
-    prepared.tissue.thin(&left, None);
-    let removed = prepared.tissue.removed_volume_mm3();
+    prepared.tissue.solver_mut().thin(&left, None);
+    let removed = prepared.tissue.solver().removed_volume_mm3();
     assert!(removed > 1000.0);
     for (row_mm, columns) in [(2.5, 24), (1.0, 48), (7.0, 5), (0.0, 0)] {
         let map = map(&prepared, row_mm, columns);
@@ -36,7 +42,7 @@ fn the_cells_hold_the_gland_and_lose_what_it_lost_however_fine_they_are() {
         let whole_by_zone: f64 = map.cells.iter().flat_map(|cell| cell.whole_by_zone_mm3).sum();
         assert!((whole_by_zone / whole - 1.0).abs() < 1e-9);
         assert!((by_zone / removed - 1.0).abs() < 1e-9);
-        assert!((whole / prepared.tissue.initial_volume_mm3() - 1.0).abs() < 1e-9);
+        assert!((whole / prepared.tissue.solver().initial_volume_mm3() - 1.0).abs() < 1e-9);
         assert!(
             map.cells
                 .iter()
@@ -60,7 +66,7 @@ fn nothing_cut_leaves_an_empty_map() {
 fn the_marked_part_lies_where_its_exercise_says() {
     let mut prepared = prepared();
     let marked: Vec<u32> = prepared.marked.pentahedra().collect();
-    prepared.tissue.resect(&marked, None);
+    prepared.tissue.solver_mut().resect(&marked, None);
     let map = map(&prepared, 2.5, 24);
     assert!((map.removed_mm3() / prepared.marked.total_mm3() - 1.0).abs() < 1e-5);
     for row in 0..map.rows {
@@ -83,10 +89,10 @@ fn the_marked_part_lies_where_its_exercise_says() {
 #[test]
 fn an_element_of_the_capsule_that_is_gone_has_no_distance_to_it() {
     let mut prepared = prepared();
-    let on_capsule = (0..prepared.tissue.pentahedron_count() as u32)
-        .find(|&index| prepared.tissue.capsule_area_mm2(index) > 0.0)
+    let on_capsule = (0..prepared.tissue.solver().pentahedron_count() as u32)
+        .find(|&index| prepared.tissue.solver().capsule_area_mm2(index) > 0.0)
         .unwrap();
-    prepared.tissue.resect(&[on_capsule], None);
+    prepared.tissue.solver_mut().resect(&[on_capsule], None);
     let map = map(&prepared, 2.5, 24);
     let touched: Vec<_> = map.cells.iter().filter_map(|cell| cell.capsule_mm).collect();
     assert_eq!(touched, [0.0]);

@@ -53,12 +53,12 @@ fn the_marked_part_is_middle_lobe_off_the_capsule() {
         prepared
             .marked
             .pentahedra()
-            .all(|index| prepared.tissue.capsule_area_mm2(index) == 0.0)
+            .all(|index| prepared.tissue.solver().capsule_area_mm2(index) == 0.0)
     );
     let inside: f64 = prepared
         .marked
         .pentahedra()
-        .map(|index| prepared.tissue.rest_volume_mm3(index))
+        .map(|index| prepared.tissue.solver().rest_volume_mm3(index))
         .sum();
     assert!((inside / prepared.marked.total_mm3() - 1.0).abs() < 1e-5);
     let adenoma = Zone::ALL.into_iter().filter(|zone| zone.is_adenoma());

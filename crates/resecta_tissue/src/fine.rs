@@ -254,6 +254,15 @@ impl Fine {
         self.take(by, |field, nodes| field.cut(tool, nodes))
     }
 
+    /// Takes away what is inside some volumes as if it had gone long ago: it makes no chip.
+    pub fn begin(&mut self, solver: &resecta_solver::Tissue, tools: &[Tool]) -> Result<Vec<Taken>, FieldError> {
+        let taken = tools.iter().map(|tool| self.cut(solver, None, tool)).collect();
+        if self.chip.take().is_some() {
+            self.field.end_chip(&self.nodes)?;
+        }
+        taken
+    }
+
     /// Takes away whole pentahedra, and pieces that then hang by nothing.
     pub fn empty(&mut self, pentahedra: &[u32]) -> Result<Taken, FieldError> {
         self.take(None, |field, _| field.empty(pentahedra))

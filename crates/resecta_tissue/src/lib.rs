@@ -36,6 +36,7 @@
 //! | how edits reach the solver and results the components | `gather.rs`, `write_back.rs` |
 //! | how tools push | `collide/`: what is near in `collider.rs` and `patches.rs`, what becomes a contact in `contacts.rs`, what keeps it still in `steady.rs` |
 //! | how loops cut, and how finely | `cut.rs`, `fine.rs` |
+//! | what is gone before the first step | `begun.rs` |
 //! | the surface that is touched and drawn, and what cuts changed of it | `skin.rs`, `change_log.rs` |
 //! | how far a point is from the surface | `probe.rs` |
 //! | where a ray meets the surface | `rays.rs`, `collide/winding.rs` |
@@ -46,6 +47,7 @@
 //! `Assets<Mesh>` builds none. The crate gives [`Mesh3d`](bevy::prelude::Mesh3d) with vertex colours; the material is the
 //! app's.
 
+mod begun;
 mod between_steps;
 mod capsule;
 mod change_log;
@@ -76,7 +78,7 @@ pub use messages::{
 pub use plugin::{TissuePlugin, TissueSystems};
 pub use probe::TissueProbe;
 pub use rays::TissueRays;
-pub use resecta_field::{Chip, Field, FieldError, Plane, SurfaceKind};
+pub use resecta_field::{Chip, Field, FieldError, LoopStroke, Plane, SurfaceKind, Tool};
 pub use settings::{CutDetail, CuttingRule, TissueSettings};
 pub use surface_mesh::{TissueColours, TissueTint};
 pub use tool::{LoopCutter, TissueTool, ToolPart, ToolPartKind, ToolPlacement};

@@ -18,6 +18,7 @@ impl Exercise {
             case: case.into(),
             alpha_deg: default_alpha_deg(),
             material: None,
+            begun: None,
             models: Models::default(),
             instrument: InstrumentSetup::default(),
             marked: Marked {
