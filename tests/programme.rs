@@ -16,15 +16,23 @@ enum Reference {
 }
 
 /// The exercises that are played to their end in a minute or so.
-const SHORT: [(&str, Reference); 5] = [
+const SHORT: [(&str, Reference); 8] = [
     ("orientation", Reference::Script("orientation.ron")),
+    ("irrigation", Reference::Script("irrigation.ron")),
     ("loop_control", Reference::Player(Player::Careful)),
     ("left_lobe", Reference::Player(Player::Careful)),
     ("right_lobe", Reference::Player(Player::Careful)),
     ("apex", Reference::Player(Player::Careful)),
+    ("haemostasis", Reference::Player(Player::Careful)),
+    ("imported_gland", Reference::Player(Player::Careful)),
 ];
 /// Those that take many.
-const LONG: [(&str, Reference); 1] = [("five_minutes", Reference::Player(Player::Careful))];
+const LONG: [(&str, Reference); 4] = [
+    ("five_minutes", Reference::Player(Player::Careful)),
+    ("operation_small", Reference::Player(Player::Careful)),
+    ("full_operation", Reference::Player(Player::Careful)),
+    ("operation_large", Reference::Player(Player::Careful)),
+];
 
 fn started(exercise: &str) -> Trial {
     let mut trial = Trial::new(PlayersPlugin);
@@ -82,7 +90,7 @@ fn nobody_at_the_instrument_earns_nothing() {
 
 #[test]
 fn limits_end_the_run_of_somebody_reckless() {
-    for exercise in ["left_lobe", "right_lobe", "apex"] {
+    for exercise in ["left_lobe", "right_lobe", "apex", "imported_gland"] {
         let mut trial = started(exercise);
         players::seat(trial.app.world_mut(), Player::Careless);
         let ended = trial.play();

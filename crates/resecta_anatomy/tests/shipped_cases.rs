@@ -1,9 +1,10 @@
 //! The cases in `assets/cases` are what `generate` writes. With `RESECTA_WRITE_CASES` set, they are written anew.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use resecta_anatomy::Case;
 use resecta_anatomy::generate::{GlandSpec, generate};
+use resecta_anatomy::import::{MaskOptions, import};
 
 /// Name and specification of each case that ships.
 const SHIPPED: [(&str, GlandSpec); 3] = [
@@ -49,4 +50,16 @@ fn shipped_cases_are_what_the_generator_writes() {
         );
         assert_eq!(Case::load(&path).unwrap(), case);
     }
+}
+
+/// The case of "An imported gland", and the contours that it came from.
+#[test]
+fn the_imported_case_is_what_import_makes_of_its_contours() {
+    let contours = Path::new("../../assets/contours/larger_left_lobe.contours.json");
+    let path = Path::new("../../assets/cases/larger_left_lobe.case.ron");
+    let case = import(contours, &MaskOptions::default()).unwrap();
+    if std::env::var_os("RESECTA_WRITE_CASES").is_some() {
+        case.save(path).unwrap();
+    }
+    assert_eq!(Case::load(path).unwrap(), case);
 }
