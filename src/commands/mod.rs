@@ -41,7 +41,7 @@ pub struct Cli {
 /// What the game is opened with.
 #[derive(Args)]
 struct Game {
-    /// Exercise whose briefing to open: a shipped one or the path of a *.exercise.ron file [default: the title]
+    /// Exercise whose briefing to open: a shipped one, MOD/EXERCISE or the path of a *.exercise.ron file [default: the title]
     #[arg(long)]
     exercise: Option<String>,
 }
@@ -87,9 +87,10 @@ impl Game {
     }
 }
 
-/// The shipped exercises and cases.
+/// The shipped exercises and cases, and the player's mods.
 fn library() -> Result<scenario::Library, Failure> {
-    Ok(scenario::Library::new(assets::find()?))
+    let mods = assets::mods_folder().map(|folder| scenario::Mods::find(&folder));
+    Ok(scenario::Library::new(assets::find()?).with_mods(mods.unwrap_or_default()))
 }
 
 /// A case by the name of a shipped one or by the path of a file.

@@ -194,6 +194,7 @@ fn details(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, flow: &mut
                 None => "dry",
             };
             let dye = if exercise.marked.dyed { "" } else { ", not dyed" };
+            let of_mod = entry.of_mod.iter().map(|title| ("Mod", title.clone()));
             let rows = [
                 ("Case", loaded.case.name.clone()),
                 ("Volume", format!("{:.0} ml", sketch.volume_ml)),
@@ -207,7 +208,7 @@ fn details(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, flow: &mut
                 .num_columns(2)
                 .spacing([18.0, 3.0])
                 .show(ui, |ui| {
-                    for (name, value) in rows {
+                    for (name, value) in rows.into_iter().chain(of_mod) {
                         ui.label(RichText::new(name).color(palette::WEAK));
                         ui.label(value);
                         ui.end_row();

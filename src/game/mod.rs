@@ -56,7 +56,7 @@ use bevy::{
 };
 use bevy_egui::EguiPlugin;
 use resecta_instrument::LiveInput;
-use resecta_scenario::{ExerciseError, Extensions, Library, RunLog};
+use resecta_scenario::{ExerciseError, Extensions, Library, Mods, RunLog};
 use thiserror::Error;
 
 use crate::{
@@ -75,7 +75,7 @@ pub use sound::{SoundDevice, SoundOutput};
 /// What to play.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct GameOptions {
-    /// Name of a shipped exercise or path of an exercise file, to open its briefing; none to open the title.
+    /// Name of a shipped exercise, `mod/exercise` or the path of an exercise file, to open its briefing; none to open the title.
     pub exercise: Option<String>,
 }
 
@@ -148,7 +148,13 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
     let mut app = App::new();
     app.add_plugins(extensions);
     let extensions = app.world().get_resource::<Extensions>().cloned().unwrap_or_default();
-    let library = Library::new(assets::find()?).with_extensions(extensions);
+    let mods = match player {
+        Player::User => assets::mods_folder().map(|folder| Mods::find(&folder)),
+        Player::Nobody => None,
+    };
+    let library = Library::new(assets::find()?)
+        .with_extensions(extensions)
+        .with_mods(mods.unwrap_or_default());
     let chosen = options.exercise.map(|name| library.load(&name)).transpose()?;
     let prepared = chosen.clone().map(|loaded| loaded.prepare()).transpose()?;
     let mut catalogue = catalogue::Catalogue::of(&library, chosen.clone());
