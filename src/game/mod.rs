@@ -5,6 +5,7 @@
 //! | title, choice, briefing, play, pause, debriefing, and the keys between them | `flow.rs` |
 //! | the title | `title.rs` |
 //! | choosing an exercise, and its picture | `choose.rs`, `catalogue.rs`, `sketch.rs` |
+//! | files that change while the game runs | `reload.rs` |
 //! | the player's own scores | `history.rs` |
 //! | which view is where in the window | `layout.rs` |
 //! | the panel at the side | `panel.rs` |
@@ -38,6 +39,7 @@ mod overlay;
 mod pace;
 mod palette;
 mod panel;
+mod reload;
 mod settings;
 mod sketch;
 mod sound;
@@ -56,7 +58,7 @@ use bevy::{
 };
 use bevy_egui::EguiPlugin;
 use resecta_instrument::LiveInput;
-use resecta_scenario::{ExerciseError, Extensions, Library, Mods, RunLog};
+use resecta_scenario::{ExerciseError, Extensions, Library, RunLog};
 use thiserror::Error;
 
 use crate::{
@@ -148,16 +150,18 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
     let mut app = App::new();
     app.add_plugins(extensions);
     let extensions = app.world().get_resource::<Extensions>().cloned().unwrap_or_default();
-    let mods = match player {
-        Player::User => assets::mods_folder().map(|folder| Mods::find(&folder)),
-        Player::Nobody => None,
+    let sources = catalogue::Sources {
+        library: Library::new(assets::find()?).with_extensions(extensions),
+        mods: match player {
+            Player::User => assets::mods_folder(),
+            Player::Nobody => None,
+        },
+        own: options.exercise.clone(),
     };
-    let library = Library::new(assets::find()?)
-        .with_extensions(extensions)
-        .with_mods(mods.unwrap_or_default());
-    let chosen = options.exercise.map(|name| library.load(&name)).transpose()?;
+    let chosen = options.exercise.map(|name| sources.library().load(&name));
+    let chosen = chosen.transpose()?;
     let prepared = chosen.clone().map(|loaded| loaded.prepare()).transpose()?;
-    let mut catalogue = catalogue::Catalogue::of(&library, chosen.clone());
+    let mut catalogue = sources.read();
     let title = match &chosen {
         Some(loaded) => format!("Resecta: {}", loaded.exercise.title),
         None => "Resecta".into(),
@@ -209,6 +213,9 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
             },
         ),
     ));
+    if let Player::User = player {
+        app.add_plugins(reload::ReloadPlugin { sources });
+    }
     app.init_resource::<DrawBetweenSteps>();
     app.init_resource::<RunLog>().insert_resource(match player {
         Player::User => history::History::load(),

@@ -102,7 +102,8 @@ impl Library {
         exercises.join(format!("{name}{EXERCISE_SUFFIX}"))
     }
 
-    pub(crate) fn assets(&self) -> &Path {
+    /// The folder of what ships.
+    pub fn assets(&self) -> &Path {
         &self.assets
     }
 
