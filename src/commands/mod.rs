@@ -9,6 +9,7 @@ mod import;
 mod mesh;
 mod new;
 mod rates;
+mod reference;
 mod run;
 mod solve;
 mod timing;
@@ -55,6 +56,7 @@ enum Command {
     Validate(validate::Validate),
     Run(run::Run),
     Rates(rates::Rates),
+    Reference(reference::Reference),
     Solve(solve::Solve),
     Accuracy(accuracy::Accuracy),
     Gallery(gallery::Gallery),
@@ -71,6 +73,7 @@ impl Cli {
             Some(Command::Validate(validate)) => validate.run(),
             Some(Command::Run(run)) => run.run(),
             Some(Command::Rates(rates)) => rates.run(),
+            Some(Command::Reference(reference)) => reference.run(),
             Some(Command::Solve(solve)) => solve.run(),
             Some(Command::Accuracy(accuracy)) => accuracy.run(),
             Some(Command::Gallery(gallery)) => gallery.run(),

@@ -24,6 +24,7 @@
 //! | the order in which exercises are taken | `curriculum.rs` |
 //! | metrics, goals and exercises of others | `extension/` |
 //! | mods: folders of exercises and cases of others | `mods/` |
+//! | the reference of exercise files, and their schema | `reference/` |
 //! | whether files are good | `validate.rs` |
 //! | a file to begin with | `template.rs` |
 //! | the order of a step | `plugin.rs` |
@@ -64,6 +65,7 @@ mod plugin;
 mod plugins;
 mod prepare;
 mod reach;
+pub mod reference;
 mod region;
 mod report;
 mod rules;

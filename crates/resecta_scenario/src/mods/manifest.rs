@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use semver::{Version, VersionReq};
 use serde::Deserialize;
 
@@ -20,7 +21,7 @@ const MAX_TITLE: usize = 80;
 const MAX_DESCRIPTION: usize = 2000;
 
 /// The manifest as its author wrote it.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename = "Mod")]
 pub(crate) struct ManifestText {
     /// Name of the mod in files and commands: small letters, digits and `_`, a letter first. No two mods may share one.
@@ -43,7 +44,7 @@ pub(crate) struct ManifestText {
 }
 
 /// A mod that another needs.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename = "Need")]
 pub(crate) struct NeedText {
     /// Its id.

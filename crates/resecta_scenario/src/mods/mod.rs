@@ -37,6 +37,7 @@ pub use fence::{FenceFault, MAX_MOD_BYTES, MAX_MOD_DEPTH, MAX_MOD_ENTRIES, MAX_M
 pub use manifest::{MANIFEST, MAX_MANIFEST_BYTES, Manifest};
 
 pub(crate) use fence::Fence;
+pub(crate) use manifest::ManifestText;
 
 use crate::{
     errors::ExerciseError,
