@@ -19,8 +19,8 @@ pub struct Exercise {
     pub title: String,
     /// What to do, shown before the start.
     pub briefing: String,
-    /// The gland: the name of a shipped case (`"medium"` is `cases/medium.case.ron` among the assets), or the path of a
-    /// `*.case.ron` file, relative to the exercise file.
+    /// The gland: the name of a shipped case (`"medium"` is `cases/medium.case.ron` among the assets) or of one of the exercise's own
+    /// mod, `"mod/name"` of a mod that it needs, or the path of a `*.case.ron` file, relative to the exercise file.
     pub case: String,
     /// Angle between two rays of the lattice, 2 to 60 degrees; the one knob of resolution. Default 8. (A lattice of 2
     /// degrees has about 64 times the nodes of one of 8: far from playable, still within memory.)

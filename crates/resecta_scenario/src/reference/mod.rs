@@ -75,5 +75,14 @@ fn plain(text: &str) -> String {
     let paragraphs: Vec<String> = paragraphs
         .map(|paragraph| paragraph.split_whitespace().collect::<Vec<_>>().join(" "))
         .collect();
-    paragraphs.join("\n\n").replace("[`", "`").replace("`]", "`")
+    let text = paragraphs.join("\n\n");
+    let mut parts = text.split("`](");
+    let mut plain = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        // Where a link leads.
+        let behind = part.split_once(')').map_or(part, |(_, behind)| behind);
+        plain.push('`');
+        plain.push_str(behind);
+    }
+    plain.replace("[`", "`").replace("`]", "`")
 }
