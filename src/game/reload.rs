@@ -38,8 +38,8 @@ const TOLD: Duration = Duration::from_secs(8);
 const NAMES: usize = 4;
 /// Faults that are told at once.
 const FAULTS: usize = 4;
-/// Width of what is told, points: beside the buttons of every screen.
-const WIDTH: f32 = 350.0;
+/// Width of what is told, points: within the panel, beside the buttons of every screen.
+const WIDTH: f32 = 262.0;
 
 /// Reads files anew when they change.
 pub struct ReloadPlugin {
