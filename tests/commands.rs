@@ -187,3 +187,40 @@ fn new_replaces_nothing_and_takes_only_names() {
     }
     assert_eq!(names(folder), ["mine.exercise.ron"]);
 }
+
+#[test]
+fn a_new_mod_plays_by_its_path_and_by_its_name_where_the_game_finds_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "script.ron", SCRIPT);
+    fs::create_dir(folder.join("mods")).unwrap();
+    let printed = succeed(&folder.join("mods"), ["new", "mod", "my_mod"]);
+    assert!(
+        printed.starts_with("my_mod: written; play it: resecta --exercise my_mod/exercises/first.exercise.ron\n"),
+        "{printed}"
+    );
+    let printed = succeed(folder, ["validate", "mods"]);
+    assert!(printed.ends_with("3 of 3 files good\n"), "{printed}");
+    for (name, out) in [
+        ("my_mod/first", "by_name"),
+        ("mods/my_mod/exercises/first.exercise.ron", "by_path"),
+    ] {
+        succeed(folder, ["run", name, "--script", "script.ron", "--out", out]);
+    }
+    let report = |out: &str| fs::read_to_string(folder.join(out).join("report.json")).unwrap();
+    assert_eq!(report("by_name"), report("by_path"));
+    let told = refuse(
+        folder,
+        ["run", "my_mod/frist", "--script", "script.ron", "--out", "none"],
+    );
+    assert!(
+        told.ends_with("no such exercise file; did you mean `my_mod/first`?\n"),
+        "{told}"
+    );
+    // A second one of its name cannot be told from it.
+    let told = refuse(&folder.join("mods"), ["new", "mod", "my_mod"]);
+    assert_eq!(
+        told,
+        "error: my_mod: is there already; another name writes another file\n"
+    );
+}

@@ -9,6 +9,7 @@ mod import;
 mod mesh;
 mod new;
 mod rates;
+mod reference;
 mod run;
 mod solve;
 mod timing;
@@ -41,7 +42,7 @@ pub struct Cli {
 /// What the game is opened with.
 #[derive(Args)]
 struct Game {
-    /// Exercise whose briefing to open: a shipped one or the path of a *.exercise.ron file [default: the title]
+    /// Exercise whose briefing to open: a shipped one, MOD/EXERCISE or the path of a *.exercise.ron file [default: the title]
     #[arg(long)]
     exercise: Option<String>,
 }
@@ -55,6 +56,7 @@ enum Command {
     Validate(validate::Validate),
     Run(run::Run),
     Rates(rates::Rates),
+    Reference(reference::Reference),
     Solve(solve::Solve),
     Accuracy(accuracy::Accuracy),
     Gallery(gallery::Gallery),
@@ -71,6 +73,7 @@ impl Cli {
             Some(Command::Validate(validate)) => validate.run(),
             Some(Command::Run(run)) => run.run(),
             Some(Command::Rates(rates)) => rates.run(),
+            Some(Command::Reference(reference)) => reference.run(),
             Some(Command::Solve(solve)) => solve.run(),
             Some(Command::Accuracy(accuracy)) => accuracy.run(),
             Some(Command::Gallery(gallery)) => gallery.run(),
@@ -87,9 +90,10 @@ impl Game {
     }
 }
 
-/// The shipped exercises and cases.
+/// The shipped exercises and cases, and the player's mods.
 fn library() -> Result<scenario::Library, Failure> {
-    Ok(scenario::Library::new(assets::find()?))
+    let mods = assets::mods_folder().map(|folder| scenario::Mods::find(&folder));
+    Ok(scenario::Library::new(assets::find()?).with_mods(mods.unwrap_or_default()))
 }
 
 /// A case by the name of a shipped one or by the path of a file.

@@ -1,17 +1,20 @@
-//! `resecta new`: an exercise or a case to begin with.
+//! `resecta new`: an exercise, a case or a mod to begin with.
 
 use std::{
-    fs::OpenOptions,
+    fs::{self, OpenOptions},
     io::{self, Write},
-    path::PathBuf,
+    path::{Path, PathBuf},
 };
 
 use clap::{Args, Subcommand};
-use resecta::scenario::{CASE_SUFFIX, EXERCISE_SUFFIX, check_name, new_case, new_exercise};
+use resecta::{
+    assets,
+    scenario::{CASE_SUFFIX, EXERCISE_SUFFIX, check_name, new_case, new_exercise, new_mod},
+};
 
 use super::Failure;
 
-/// Write an exercise or a case to begin with, in the working directory; it plays at once
+/// Write an exercise, a case or a mod to begin with, in the working directory; it plays at once
 #[derive(Args)]
 pub struct New {
     #[command(subcommand)]
@@ -24,6 +27,8 @@ enum What {
     Exercise(Named),
     /// Write NAME.case.ron, a generated gland
     Case(Named),
+    /// Write the folder NAME: a manifest, an exercise and a case of its own
+    Mod(Named),
 }
 
 #[derive(Args)]
@@ -49,11 +54,37 @@ impl New {
                 let then = format!("use it: write case: \"{file}\" into an exercise beside it");
                 (file, new_case(&name), then)
             }
+            What::Mod(Named { name }) => return write_mod(&name),
         };
         write_new(file.as_str().into(), &text)?;
         println!("{file}: written; {then}");
         Ok(())
     }
+}
+
+/// Writes the folder of a mod that is not there yet.
+fn write_mod(name: &str) -> Result<(), Failure> {
+    let folder = PathBuf::from(name);
+    let refused = |file: &Path| {
+        let file = file.to_owned();
+        move |source: io::Error| match source.kind() {
+            io::ErrorKind::AlreadyExists => Failure::IsThere { file },
+            _ => Failure::Write { file, source },
+        }
+    };
+    fs::create_dir(&folder).map_err(refused(&folder))?;
+    for (path, text) in new_mod(name) {
+        let file = folder.join(path);
+        if let Some(inner) = file.parent() {
+            fs::create_dir_all(inner).map_err(refused(inner))?;
+        }
+        write_new(file, &text)?;
+    }
+    println!("{name}: written; play it: resecta --exercise {name}/exercises/first{EXERCISE_SUFFIX}");
+    if let Some(mods) = assets::mods_folder() {
+        println!("the game finds it in {}", mods.display());
+    }
+    Ok(())
 }
 
 /// Writes a file that is not there yet.

@@ -35,7 +35,7 @@ const ADVICE: usize = 5;
 /// runs write equal bytes, whatever the number of threads, but for timing.json.
 #[derive(Args)]
 pub struct Run {
-    /// A shipped exercise (first_cuts) or the path of a *.exercise.ron file
+    /// A shipped exercise (first_cuts), one of a mod (MOD/EXERCISE) or the path of a *.exercise.ron file
     exercise: String,
     #[command(flatten)]
     input: Input,

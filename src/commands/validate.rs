@@ -1,4 +1,4 @@
-//! `resecta validate`: all that is wrong with exercises and cases, without playing them.
+//! `resecta validate`: all that is wrong with exercises, cases and mods, without playing them.
 
 use std::path::PathBuf;
 
@@ -6,13 +6,13 @@ use clap::Args;
 
 use super::{Failure, library};
 
-/// Check exercises and cases, and tell all that is wrong with them
+/// Check exercises, cases and mods, and tell all that is wrong with them
 ///
 /// Prints a line for every fault (file:line:column: field and what was expected), every good file and every file that was passed over. Exit
 /// code 1 where anything is wrong. Of each file a slip of syntax hides what follows it; broken rules are told all at once.
 #[derive(Args)]
 pub struct Validate {
-    /// Files (*.exercise.ron, *.case.ron) and folders, looked into 8 folders deep
+    /// Files (*.exercise.ron, *.case.ron), mods (folders with mod.ron) and folders of all of these, looked into 8 folders deep
     #[arg(required = true, value_name = "PATH")]
     paths: Vec<PathBuf>,
 }

@@ -89,7 +89,10 @@ fn list(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, lead: bool, f
             let response = row(
                 ui,
                 &entry.loaded.exercise.title,
-                &entry.loaded.case.name,
+                entry
+                    .fault
+                    .as_ref()
+                    .map_or(Ok(&entry.loaded.case.name), |_| Err("its file has a fault by now")),
                 history.best(&entry.loaded.name),
                 index == selected,
             );
@@ -113,14 +116,20 @@ fn list(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, lead: bool, f
         }
         for refused in &catalogue.refused {
             ui.add_space(6.0);
-            ui.label(RichText::new(refused).size(12.5).color(palette::BAD));
+            ui.label(RichText::new(&refused.told).size(12.5).color(palette::BAD));
         }
     });
     catalogue.selected = selected;
 }
 
-/// One exercise in the list.
-fn row(ui: &mut Ui, title: &str, case: &str, best: Option<&PastRun>, is_selected: bool) -> egui::Response {
+/// One exercise in the list: its case, or what is wrong.
+fn row(
+    ui: &mut Ui,
+    title: &str,
+    case: Result<&String, &str>,
+    best: Option<&PastRun>,
+    is_selected: bool,
+) -> egui::Response {
     let size = egui::vec2(ui.available_width() - 12.0, ROW_HEIGHT);
     let (area, response) = ui.allocate_exact_size(size, Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, title));
@@ -143,13 +152,11 @@ fn row(ui: &mut Ui, title: &str, case: &str, best: Option<&PastRun>, is_selected
         painter.text(place, anchor, words, FontId::proportional(size), colour);
     };
     text(inner.left_top(), Align2::LEFT_TOP, title.into(), 18.0, palette::TEXT);
-    text(
-        inner.left_bottom(),
-        Align2::LEFT_BOTTOM,
-        case.into(),
-        13.0,
-        palette::WEAK,
-    );
+    let (below, colour) = match case {
+        Ok(case) => (case.clone(), palette::WEAK),
+        Err(trouble) => (trouble.into(), palette::BAD),
+    };
+    text(inner.left_bottom(), Align2::LEFT_BOTTOM, below, 13.0, colour);
     match best {
         Some(best) => {
             let points = format!("{:.0}", best.score);
@@ -182,6 +189,9 @@ fn details(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, flow: &mut
     legend(ui);
     ui.add_space(2.0);
     ui.label(RichText::new(&exercise.title).size(26.0).strong());
+    if let Some(fault) = &entry.fault {
+        ui.label(RichText::new(format!("As it was before this fault: {fault}")).color(palette::BAD));
+    }
     ui.label(&exercise.briefing);
     ui.add_space(6.0);
     ui.horizontal_top(|ui| {
@@ -194,6 +204,7 @@ fn details(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, flow: &mut
                 None => "dry",
             };
             let dye = if exercise.marked.dyed { "" } else { ", not dyed" };
+            let of_mod = entry.of_mod.iter().map(|title| ("Mod", title.clone()));
             let rows = [
                 ("Case", loaded.case.name.clone()),
                 ("Volume", format!("{:.0} ml", sketch.volume_ml)),
@@ -207,7 +218,7 @@ fn details(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, flow: &mut
                 .num_columns(2)
                 .spacing([18.0, 3.0])
                 .show(ui, |ui| {
-                    for (name, value) in rows {
+                    for (name, value) in rows.into_iter().chain(of_mod) {
                         ui.label(RichText::new(name).color(palette::WEAK));
                         ui.label(value);
                         ui.end_row();

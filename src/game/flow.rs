@@ -148,6 +148,25 @@ impl GameFlow {
         self.wishes.contains(&wish)
     }
 
+    /// The name of the exercise in play.
+    pub fn exercise(&self) -> Option<&str> {
+        self.loaded.as_ref().map(|loaded| loaded.name.as_str())
+    }
+
+    /// The title of the exercise that the next start begins.
+    #[cfg(test)]
+    pub fn next_title(&self) -> Option<&str> {
+        self.loaded.as_ref().map(|loaded| loaded.exercise.title.as_str())
+    }
+
+    /// The exercise in play says something else by now, which the next start takes up; a briefing that is open shows it at once.
+    pub fn renew(&mut self, loaded: LoadedExercise) {
+        self.loaded = Some(loaded);
+        if self.phase == Phase::Briefing {
+            self.wish(Wish::Restart);
+        }
+    }
+
     /// Whether the player's hands are on the instrument.
     pub fn is_live(&self) -> bool {
         self.phase == Phase::Playing && !self.help
@@ -185,7 +204,7 @@ pub fn begin(world: &mut World, prepared: PreparedExercise) {
 const STEPS_A_WATCH: u32 = 120;
 
 /// The keys of the game. None of them is among the instrument's bindings.
-pub const KEYS: [(&str, &str); 12] = [
+pub const KEYS: [(&str, &str); 13] = [
     ("Press a button, choose", "Enter, Pad Start"),
     ("To another button", "Arrows, Tab"),
     ("Pause; in menus, back", "Esc, Pad Start"),
@@ -195,6 +214,7 @@ pub const KEYS: [(&str, &str); 12] = [
     ("Zoom the outside view", "Middle mouse button and wheel, or U O"),
     ("Guidance: by skill, all, off", "G, Pad North"),
     ("Settings", "F2"),
+    ("Close what is told of files", "F4"),
     ("Sound on, off", "M"),
     ("This help", "H or F1"),
     ("Quit", "In a pause, or close the window"),

@@ -5,6 +5,7 @@
 //! | title, choice, briefing, play, pause, debriefing, and the keys between them | `flow.rs` |
 //! | the title | `title.rs` |
 //! | choosing an exercise, and its picture | `choose.rs`, `catalogue.rs`, `sketch.rs` |
+//! | files that change while the game runs | `reload.rs` |
 //! | the player's own scores | `history.rs` |
 //! | which view is where in the window | `layout.rs` |
 //! | the panel at the side | `panel.rs` |
@@ -38,6 +39,7 @@ mod overlay;
 mod pace;
 mod palette;
 mod panel;
+mod reload;
 mod settings;
 mod sketch;
 mod sound;
@@ -75,7 +77,7 @@ pub use sound::{SoundDevice, SoundOutput};
 /// What to play.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct GameOptions {
-    /// Name of a shipped exercise or path of an exercise file, to open its briefing; none to open the title.
+    /// Name of a shipped exercise, `mod/exercise` or the path of an exercise file, to open its briefing; none to open the title.
     pub exercise: Option<String>,
 }
 
@@ -148,10 +150,18 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
     let mut app = App::new();
     app.add_plugins(extensions);
     let extensions = app.world().get_resource::<Extensions>().cloned().unwrap_or_default();
-    let library = Library::new(assets::find()?).with_extensions(extensions);
-    let chosen = options.exercise.map(|name| library.load(&name)).transpose()?;
+    let sources = catalogue::Sources {
+        library: Library::new(assets::find()?).with_extensions(extensions),
+        mods: match player {
+            Player::User => assets::mods_folder(),
+            Player::Nobody => None,
+        },
+        own: options.exercise.clone(),
+    };
+    let chosen = options.exercise.map(|name| sources.library().load(&name));
+    let chosen = chosen.transpose()?;
     let prepared = chosen.clone().map(|loaded| loaded.prepare()).transpose()?;
-    let mut catalogue = catalogue::Catalogue::of(&library, chosen.clone());
+    let mut catalogue = sources.read();
     let title = match &chosen {
         Some(loaded) => format!("Resecta: {}", loaded.exercise.title),
         None => "Resecta".into(),
@@ -203,6 +213,9 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
             },
         ),
     ));
+    if let Player::User = player {
+        app.add_plugins(reload::ReloadPlugin { sources });
+    }
     app.init_resource::<DrawBetweenSteps>();
     app.init_resource::<RunLog>().insert_resource(match player {
         Player::User => history::History::load(),

@@ -54,6 +54,8 @@ pub fn command<I: AsRef<std::ffi::OsStr>>(folder: &Path, arguments: impl IntoIte
     let mut command = Command::new(env!("CARGO_BIN_EXE_resecta"));
     command.args(arguments).current_dir(folder);
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+    // Not the mods of whoever runs the tests.
+    command.env("RESECTA_MODS_DIR", folder.join("mods"));
     command
 }
 

@@ -1,12 +1,13 @@
 //! What a surgeon orients by, by name.
 
 use glam::DVec3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{BladderShape, Case};
 
 /// A landmark of the prostatic urethra and of the bladder.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 pub enum Landmark {
     /// The mound that no resection goes below.
     Verumontanum,

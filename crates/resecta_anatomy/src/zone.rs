@@ -1,9 +1,10 @@
 //! The zones of the gland: which tissue a pentahedron belongs to.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The tissue that a pentahedron belongs to. Messages, scores and colours go by it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[repr(u8)]
 pub enum Zone {
     /// Transition zone left or right of the urethra: the adenoma's lateral lobes.

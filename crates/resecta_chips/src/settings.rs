@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A value that is not finite or out of its range; nothing was changed.
@@ -18,20 +19,26 @@ pub struct ChipError {
 }
 
 /// How chips float and when they leave.
-#[derive(Reflect, Serialize, Deserialize, Debug, Clone, Copy, PartialEq)]
+#[derive(Reflect, Serialize, Deserialize, JsonSchema, Debug, Clone, Copy, PartialEq)]
 #[serde(deny_unknown_fields, default)]
 pub struct ChipSettings {
     /// Density of the irrigant, g/mm³; 0.0009 to 0.0012.
+    #[schemars(range(min = 0.0009, max = 0.0012))]
     pub water_density_g_per_mm3: f64,
     /// Viscosity of the irrigant, mPa s; 0.1 to 100.
+    #[schemars(range(min = 0.1, max = 100.0))]
     pub water_viscosity_mpa_s: f64,
     /// Drag of a chip as a multiple of that of a sphere of its volume; 0.1 to 10.
+    #[schemars(range(min = 0.1, max = 10.0))]
     pub drag_of_sphere: f64,
     /// Chips smaller than this are shreds, mm³ at rest: no bodies, mixed with the water; 0 to 1000.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub least_mm3: f64,
     /// Outflow from which the sheath stands open and lets chips through, ml/s; 0.01 to 1000.
+    #[schemars(range(min = 0.01, max = 1000.0))]
     pub flush_ml_per_s: f64,
     /// Bodies that move at once, 1 to 1000; beyond, those that hardly move lie still where they are, then the oldest.
+    #[schemars(range(min = 1, max = 1000))]
     pub most: u32,
 }
 

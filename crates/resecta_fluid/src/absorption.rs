@@ -14,6 +14,7 @@ use bevy::{
     ecs::schedule::{InternedScheduleLabel, ScheduleLabel},
     prelude::*,
 };
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -26,7 +27,7 @@ use crate::{
 };
 
 /// What is in the bag.
-#[derive(Reflect, Serialize, Deserialize, Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Reflect, Serialize, Deserialize, JsonSchema, Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Irrigant {
     /// Isotonic saline, for bipolar currents.
     #[default]
@@ -67,14 +68,16 @@ pub struct AbsorptionAlarm {
 }
 
 /// How irrigant is absorbed. Module docs of `absorption.rs` have the equation and the basis of the defaults.
-#[derive(Reflect, Serialize, Deserialize, Debug, Clone, Copy, PartialEq)]
+#[derive(Reflect, Serialize, Deserialize, JsonSchema, Debug, Clone, Copy, PartialEq)]
 #[serde(deny_unknown_fields, default)]
 pub struct AbsorptionSettings {
     /// What is in the bag.
     pub irrigant: Irrigant,
     /// Conductance of each open vein, ml/s per cmH2O; 0 to 100.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub conductance_ml_per_s_per_cmh2o: f64,
     /// Pressure in the bladder from which irrigant is absorbed, Pa; 0 to 100,000.
+    #[schemars(range(min = 0.0, max = 1e5))]
     pub threshold_pa: f64,
 }
 

@@ -14,6 +14,7 @@
 //! How it moves on is `balance.rs`.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -26,16 +27,19 @@ use crate::{
 const MOST_ML: f64 = 1e6;
 
 /// The pressure-volume law of a bladder. Module docs of `bladder.rs` have the equation and the basis of the defaults.
-#[derive(Reflect, Serialize, Deserialize, Debug, Clone, Copy, PartialEq)]
+#[derive(Reflect, Serialize, Deserialize, JsonSchema, Debug, Clone, Copy, PartialEq)]
 #[serde(deny_unknown_fields, default)]
 pub struct BladderSettings {
     /// Volume up to which there is no pressure, ml; 0 to 10,000.
+    #[schemars(range(min = 0.0, max = 10000.0))]
     pub unstretched_ml: f64,
     /// Volume that a cmH2O takes from there to the capacity, ml/cmH2O; 0.01 to 10,000.
+    #[schemars(range(min = 0.01, max = 10000.0))]
     pub compliance_ml_per_cmh2o: f64,
     /// Volume from which the wall is stiff, ml; above `unstretched_ml`, to 10,000.
     pub capacity_ml: f64,
     /// The compliance past the capacity, ml/cmH2O; 0.01 to 10,000.
+    #[schemars(range(min = 0.01, max = 10000.0))]
     pub stiff_compliance_ml_per_cmh2o: f64,
 }
 

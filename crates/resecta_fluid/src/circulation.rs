@@ -21,6 +21,7 @@
 use std::f64::consts::TAU;
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -32,18 +33,23 @@ use crate::{
 pub(crate) const LEAST_SHARE: f64 = 0.01;
 
 /// What all vessels of the patient share. Module docs of `circulation.rs` have the equations and the basis of the defaults.
-#[derive(Reflect, Serialize, Deserialize, Debug, Clone, Copy, PartialEq)]
+#[derive(Reflect, Serialize, Deserialize, JsonSchema, Debug, Clone, Copy, PartialEq)]
 #[serde(deny_unknown_fields, default)]
 pub struct CirculationSettings {
     /// Beats a minute; 20 to 250.
+    #[schemars(range(min = 20.0, max = 250.0))]
     pub heart_rate_per_min: f64,
     /// How much arterial bleeding swings about its mean, as a share of it; 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub pulsatility: f64,
     /// Pressure in the veins about the prostate, cmH2O; 0.1 to 100.
+    #[schemars(range(min = 0.1, max = 100.0))]
     pub venous_pressure_cmh2o: f64,
     /// How far from a vessel a coagulating loop still closes it, mm; 0 to 20.
+    #[schemars(range(min = 0.0, max = 20.0))]
     pub coagulation_radius_mm: f64,
     /// How long it has to stay, without a break, s; 0 to 60.
+    #[schemars(range(min = 0.0, max = 60.0))]
     pub coagulation_dwell_s: f64,
 }
 

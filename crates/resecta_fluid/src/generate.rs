@@ -23,6 +23,7 @@ use std::f64::consts::TAU;
 use bevy::{math::DVec2, prelude::*};
 use resecta_anatomy::random::SplitMix64;
 use resecta_solver::{NodeKind, Tissue};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -41,30 +42,38 @@ const NECK: ([f64; 4], f64) = ([1.0, 5.0, 7.0, 11.0], 0.5);
 const GRAMS_PER_MM3: f64 = 1e-3;
 
 /// What a gland's vessels are like. Module docs of `generate.rs` have the rules and the basis of the defaults.
-#[derive(Reflect, Serialize, Deserialize, Debug, Clone, Copy, PartialEq)]
+#[derive(Reflect, Serialize, Deserialize, JsonSchema, Debug, Clone, Copy, PartialEq)]
 #[serde(deny_unknown_fields, default)]
 pub struct VesselOptions {
     /// Arteries for each g of adenoma; 0 to 100. At least one, where it is not 0.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub arteries_per_g: f64,
     /// What they lose in all if nobody closes them, ml for each g of adenoma; 0 to 1,000.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub blood_ml_per_g: f64,
     /// Their smallest and largest diameter, mm; above 0, to 20, rising.
     pub artery_diameter_mm: [f64; 2],
     /// Time in which a clot lowers an artery's rate to 1/e, s; 1 to 1e9.
+    #[schemars(range(min = 1.0, max = 1e9))]
     pub artery_clotting_s: f64,
     /// Height of the bladder neck on the axis, mm; the top of the adenoma where absent.
     pub bladder_neck_z_mm: Option<f64>,
     /// How far from there its arteries lie, mm; 0 to 1,000.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub neck_mm: f64,
     /// Veins for each cm² of capsule; 0 to 100.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub veins_per_cm2: f64,
     /// Mean rate of a vein that has just been opened, against no pressure, ml/s; 0 to 10.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub vein_rate_ml_per_s: f64,
     /// Their smallest and largest diameter, mm; above 0, to 20, rising.
     pub vein_diameter_mm: [f64; 2],
     /// Time in which a clot lowers a vein's rate to 1/e, s; 1 to 1e9.
+    #[schemars(range(min = 1.0, max = 1e9))]
     pub vein_clotting_s: f64,
     /// How far from the capsule veins lie, mm; 0 to 1,000.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub vein_depth_mm: f64,
 }
 

@@ -22,6 +22,7 @@ use bevy::{
     ecs::schedule::{InternedScheduleLabel, ScheduleLabel},
     prelude::*,
 };
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -33,25 +34,35 @@ use crate::{
 
 /// The bag, the taps and the tubes: a surgeon's controls, and the resistances between. Write it at any time; what makes no
 /// sense is put back and told ([`FluidRefused`](crate::FluidRefused)). Needs a [`Bladder`] beside it.
-#[derive(Resource, Reflect, Serialize, Deserialize, Debug, Clone, Copy, PartialEq)]
+#[derive(Resource, Reflect, Serialize, Deserialize, JsonSchema, Debug, Clone, Copy, PartialEq)]
 #[reflect(Resource, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct Irrigation {
     /// Height of the bag over the bladder, cmH2O; 0 to 100.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub bag_height_cmh2o: f64,
     /// How far the inflow is open, 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub inflow_tap: f64,
     /// How far the outflow of a continuous-flow sheath is open, 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub outflow_tap: f64,
     /// Whether the telescope is withdrawn, so that the bladder empties through the sheath whatever the outflow's tap says.
     pub emptying: bool,
     /// Resistance from the bag to the bladder with an open tap, cmH2O s/ml; 0.001 to 1,000,000.
+    #[schemars(range(min = 0.001, max = 1e6))]
+    #[schemars(extend("x-unit" = "cmH2O s/ml"))]
     pub inflow_resistance: f64,
     /// Resistance of the outflow with an open tap, cmH2O s/ml; 0.001 to 1,000,000.
+    #[schemars(range(min = 0.001, max = 1e6))]
+    #[schemars(extend("x-unit" = "cmH2O s/ml"))]
     pub outflow_resistance: f64,
     /// Resistance of the sheath without its telescope, cmH2O s/ml; 0.001 to 1,000,000.
+    #[schemars(range(min = 0.001, max = 1e6))]
+    #[schemars(extend("x-unit" = "cmH2O s/ml"))]
     pub emptying_resistance: f64,
     /// Pull of the outflow, cmH2O; 0 to 100.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub outflow_head_cmh2o: f64,
 }
 

@@ -19,6 +19,7 @@
 //! So does a view get lost, and come back: turn away or advance past the jet, let the water run.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -67,16 +68,20 @@ pub struct RedOut {
 }
 
 /// Jets at the lens. Module docs of `red_out.rs` have the equations.
-#[derive(Reflect, Serialize, Deserialize, Debug, Clone, Copy, PartialEq)]
+#[derive(Reflect, Serialize, Deserialize, JsonSchema, Debug, Clone, Copy, PartialEq)]
 #[serde(deny_unknown_fields, default)]
 pub struct RedOutSettings {
     /// L: how far a jet reaches, mm; 0.001 to 1,000.
+    #[schemars(range(min = 0.001, max = 1000.0))]
     pub reach_mm: f64,
     /// Half the angle of a jet's cone, degrees; 0 to 90.
+    #[schemars(range(min = 0.0, max = 90.0))]
     pub half_angle_deg: f64,
     /// T: time in which a jet covers the lens, s; 0.001 to 1,000.
+    #[schemars(range(min = 0.001, max = 1000.0))]
     pub smear_s: f64,
     /// W: irrigant that clears it, ml; 0.001 to 1,000.
+    #[schemars(range(min = 0.001, max = 1000.0))]
     pub clearing_ml: f64,
 }
 

@@ -16,6 +16,7 @@ use bevy::{
     ecs::schedule::{InternedScheduleLabel, ScheduleLabel},
     prelude::*,
 };
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -27,14 +28,17 @@ use crate::{
 };
 
 /// How blood dims the view. Module docs of `turbidity.rs` have the equations and the basis of the defaults.
-#[derive(Reflect, Serialize, Deserialize, Debug, Clone, Copy, PartialEq)]
+#[derive(Reflect, Serialize, Deserialize, JsonSchema, Debug, Clone, Copy, PartialEq)]
 #[serde(deny_unknown_fields, default)]
 pub struct TurbiditySettings {
     /// k: extinction of undiluted blood, 1/mm; 0 to 1,000.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub extinction_per_mm: f64,
     /// How far away what one looks at is, mm; 0 to 1,000.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub view_distance_mm: f64,
     /// Water outside of the bladder that mixes with it, ml; 0.1 to 1,000. (15 by default: a resected fossa; ours.)
+    #[schemars(range(min = 0.1, max = 1000.0))]
     pub fossa_ml: f64,
     /// Jets at the lens.
     pub red_out: RedOutSettings,

@@ -1,13 +1,14 @@
 //! What the operator's hands and feet hold the instrument at: five numbers, two taps and two pedals.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The state of the instrument at one step: where the hands hold it and which pedal is down.
 ///
 /// This is all that moves between an input source and the instrument; pose, collision parts and the view follow from it
 /// through [`Resectoscope`](crate::Resectoscope).
-#[derive(Component, Reflect, Serialize, Deserialize, Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Component, Reflect, Serialize, Deserialize, JsonSchema, Debug, Clone, Copy, PartialEq, Default)]
 #[reflect(Component, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct InstrumentState {
@@ -22,8 +23,10 @@ pub struct InstrumentState {
     /// How far the loop is pushed out beyond the sheath's tip, mm.
     pub stroke_mm: f32,
     /// How far the tap on the sheath's inflow is open, 0 (closed) to 1. Moves water only where there is some.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub inflow_tap: f32,
     /// How far the tap on the sheath's outflow is open, 0 (closed) to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub outflow_tap: f32,
     /// Whether the cutting pedal is down.
     pub cut: bool,

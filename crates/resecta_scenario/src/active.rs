@@ -1,6 +1,6 @@
 //! The exercise in play, and how it gets into the world.
 
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, sync::Arc};
 
 use bevy::prelude::*;
 use resecta_anatomy::Case;
@@ -34,7 +34,7 @@ pub struct ActiveExercise {
     /// What its file says.
     pub exercise: Exercise,
     /// Its case, complete.
-    pub case: Case,
+    pub case: Arc<Case>,
     /// The gland's lattice in numbers.
     pub lattice: LatticeSummary,
     /// Name of the material preset.

@@ -1,4 +1,4 @@
-//! Where the shipped assets are: cases, exercises, scripts.
+//! Where the shipped assets are: cases, exercises, scripts; and where the player's mods are.
 
 use std::path::{Path, PathBuf};
 
@@ -6,6 +6,18 @@ use thiserror::Error;
 
 /// Folders that tell a folder of our assets from any other of that name.
 const PARTS: [&str; 2] = ["cases", "exercises"];
+
+/// Names a folder of mods in place of the player's own.
+pub const MODS_VARIABLE: &str = "RESECTA_MODS_DIR";
+
+/// The folder of the player's mods, which need not be there: `resecta/mods` in their data folder (`~/.local/share` on Linux), or
+/// what [`MODS_VARIABLE`] says. None where the system names no such folder.
+pub fn mods_folder() -> Option<PathBuf> {
+    match std::env::var_os(MODS_VARIABLE) {
+        Some(folder) => Some(folder.into()),
+        None => Some(dirs::data_dir()?.join("resecta/mods")),
+    }
+}
 
 /// No folder of assets at any of the places where it may be.
 #[derive(Debug, Error)]

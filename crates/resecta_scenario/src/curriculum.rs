@@ -1,17 +1,21 @@
-//! The order in which exercises are best taken: levels of exercises, the file `curriculum.ron` among the assets.
+//! The order in which exercises are best taken: levels of exercises, the file `curriculum.ron` among the assets or in a mod.
 
+use std::path::Path;
+
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
     errors::{ExerciseError, RuleError},
     library::{Library, MAX_FILE_BYTES, read_text},
+    mods::Mod,
 };
 
-/// File of the curriculum among the assets.
-const FILE: &str = "curriculum.ron";
+/// File of a curriculum.
+pub(crate) const FILE: &str = "curriculum.ron";
 
 /// Levels of exercises, the first to be taken first.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Curriculum {
     /// The levels, in order.
@@ -19,12 +23,12 @@ pub struct Curriculum {
 }
 
 /// Exercises of about one difficulty.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Level {
     /// Name shown to the player.
     pub title: String,
-    /// Names of exercises of the library, the first to be taken first.
+    /// Names of exercises of the library or the mod, the first to be taken first.
     pub exercises: Vec<String>,
 }
 
@@ -46,12 +50,7 @@ impl Curriculum {
                 let field = format!("levels[{number}].exercises[{at}]");
                 if !names.contains(name) {
                     let names = names.iter().map(String::as_str);
-                    return Err(RuleError::unknown_name(
-                        field,
-                        name,
-                        "an exercise of the library",
-                        names,
-                    ));
+                    return Err(RuleError::unknown_name(field, name, "an exercise that is there", names));
                 }
                 if self.place(name) != Some((number, at)) {
                     let expected = "an exercise that is not named before";
@@ -69,23 +68,38 @@ impl Library {
     /// # Errors
     /// [`ExerciseError`] names the file and the place in it.
     pub fn curriculum(&self) -> Result<Curriculum, ExerciseError> {
-        let file = self.assets().join(FILE);
-        if !file.exists() {
-            return Ok(Curriculum::default());
-        }
-        let text = read_text(&file, MAX_FILE_BYTES).map_err(|source| ExerciseError::Read {
-            file: file.clone(),
-            source,
-        })?;
-        let read = resecta_text::read(&text);
-        let curriculum: Curriculum = read.map_err(|slip| ExerciseError::of_slip(&file, slip))?;
-        let checked = curriculum.check(&self.exercise_names());
-        checked.map_err(|rule| {
-            let rule = rule.into();
-            ExerciseError::Rule { file, rule }.placed(&text)
-        })?;
-        Ok(curriculum)
+        read_curriculum(self.assets(), &self.exercise_names())
     }
+}
+
+impl Mod {
+    /// Its curriculum, which names its own exercises alone; without levels where it has none.
+    ///
+    /// # Errors
+    /// [`ExerciseError`] names the file and the place in it.
+    pub fn curriculum(&self) -> Result<Curriculum, ExerciseError> {
+        read_curriculum(self.folder(), &self.exercises)
+    }
+}
+
+/// The curriculum in a folder, which may name these exercises.
+fn read_curriculum(folder: &Path, exercises: &[String]) -> Result<Curriculum, ExerciseError> {
+    let file = folder.join(FILE);
+    if !file.exists() {
+        return Ok(Curriculum::default());
+    }
+    let text = read_text(&file, MAX_FILE_BYTES).map_err(|source| ExerciseError::Read {
+        file: file.clone(),
+        source,
+    })?;
+    let read = resecta_text::read(&text);
+    let curriculum: Curriculum = read.map_err(|slip| ExerciseError::of_slip(&file, slip))?;
+    let checked = curriculum.check(exercises);
+    checked.map_err(|rule| {
+        let rule = rule.into();
+        ExerciseError::Rule { file, rule }.placed(&text)
+    })?;
+    Ok(curriculum)
 }
 
 #[cfg(test)]
@@ -119,7 +133,7 @@ mod tests {
         let unknown = told(of(&[("First", &["apex", "lobes"])]));
         assert_eq!(
             unknown,
-            "levels[0].exercises[1] is \"lobes\"; expected an exercise of the library; did you mean `lobe`?"
+            "levels[0].exercises[1] is \"lobes\"; expected an exercise that is there; did you mean `lobe`?"
         );
         let twice = told(of(&[("First", &["apex"]), ("Second", &["lobe", "apex"])]));
         assert_eq!(

@@ -30,6 +30,22 @@ pub enum ExerciseError {
         /// The nearest name of an exercise that is there.
         nearest: Option<String>,
     },
+    /// An exercise of a mod that cannot be used.
+    #[error("{name}: its {why}")]
+    Aside {
+        /// What was asked for.
+        name: String,
+        /// What is wrong with the mod.
+        why: String,
+    },
+    /// A name that exercises of several mods have.
+    #[error("{name}: several mods have an exercise of this name; expected one of {}", found.join(", "))]
+    Ambiguous {
+        /// What was asked for.
+        name: String,
+        /// The exercises, by `mod/name`.
+        found: Vec<String>,
+    },
     /// The text is not an exercise: a slip of syntax, an unknown field or name, a value of the wrong kind.
     #[error("{}:{place}: {}{message}{}", file.display(), at_field(field), did_you_mean(nearest))]
     Syntax {

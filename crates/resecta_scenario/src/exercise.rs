@@ -5,6 +5,7 @@ use resecta_chips::ChipSettings;
 use resecta_instrument::InstrumentState;
 use resecta_solver::{CollapseLaw, ShearResistance};
 use resecta_tissue::{CutDetail, CuttingRule};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -14,19 +15,20 @@ use crate::{
 
 /// One exercise, as its author wrote it. Absent optional fields take the default stated beside them; `Some(..)` may be
 /// left out around a value.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Exercise {
     /// Name shown to the player.
     pub title: String,
     /// What to do, shown before the start.
     pub briefing: String,
-    /// The gland: the name of a shipped case (`"medium"` is `cases/medium.case.ron` among the assets), or the path of a
-    /// `*.case.ron` file, relative to the exercise file.
+    /// The gland: the name of a shipped case (`"medium"` is `cases/medium.case.ron` among the assets) or of one of the exercise's own
+    /// mod, `"mod/name"` of a mod that it needs, or the path of a `*.case.ron` file, relative to the exercise file.
     pub case: String,
     /// Angle between two rays of the lattice, 2 to 60 degrees; the one knob of resolution. Default 8. (A lattice of 2
     /// degrees has about 64 times the nodes of one of 8: far from playable, still within memory.)
     #[serde(default = "default_alpha_deg")]
+    #[schemars(range(min = 2.0, max = 60.0))]
     pub alpha_deg: f64,
     /// Material preset, in place of the case's own.
     #[serde(default)]
@@ -46,10 +48,12 @@ pub struct Exercise {
     #[serde(default)]
     pub steps: Vec<Step>,
     /// What must be reached; the run ends when all are. At least one.
+    #[schemars(length(min = 1))]
     pub goals: Vec<Goal>,
     /// What ends a run early.
     pub limits: Limits,
     /// Lines of the score; the sum of their points is the best total. At least one.
+    #[schemars(length(min = 1))]
     pub scoring: Vec<ScoreRule>,
     /// Totals that earn bronze, silver and gold. Default: none.
     #[serde(default)]
@@ -76,7 +80,7 @@ impl Exercise {
 }
 
 /// Which parts of the tissue model are on; what is off costs nothing.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Models {
     /// How the wall answers a cut: `CompressionForce(share: 0.05)` (default; share 0 to 1 of the papers' force),
@@ -86,6 +90,7 @@ pub struct Models {
     pub shear: Option<ShearResistance>,
     /// Poisson's ratio: pentahedra hold their volume besides, 0.25 to 0.49 with diagonals, 0 to 0.49 without. Absent, the springs
     /// make it, which is many times faster: see `docs/materials.md`.
+    #[schemars(range(min = 0.0, max = 0.49))]
     pub poisson_ratio: Option<f64>,
     /// Whether the sheath and the loop meet tissue. Default on; off, nothing can be cut by hand.
     pub collision: bool,
@@ -118,23 +123,37 @@ impl Default for Models {
 }
 
 /// [`CuttingRule`] as it is written in a file: the tissue crate reads no files.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "CuttingRule", deny_unknown_fields)]
+#[schemars(rename = "CuttingRule")]
 enum CuttingRuleText {
+    /// The volume swept by the loop.
     Sweep,
-    Sphere { radius_mm: f32 },
+    /// A sphere about the loop's middle, the papers' rule.
+    Sphere {
+        /// Its radius, mm; above 0.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius_mm: f32,
+    },
 }
 
 /// [`CutDetail`] as it is written in a file.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(remote = "CutDetail", deny_unknown_fields)]
+#[schemars(rename = "CutDetail")]
 enum CutDetailText {
+    /// Whole volume elements, as in the papers.
     Elements,
-    Field { spacing_mm: f32 },
+    /// A boundary inside the volume elements.
+    Field {
+        /// The farthest that its points are apart, mm; 0.2 to 2.
+        #[schemars(range(min = 0.2, max = 2.0))]
+        spacing_mm: f32,
+    },
 }
 
 /// Where the instrument enters and how it starts.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct InstrumentSetup {
     /// The point that the sheath turns about, case coordinates in mm. Default: the centre of the external sphincter.
@@ -151,10 +170,11 @@ pub struct InstrumentSetup {
 
 /// A region of the gland in a surgeon's terms. Tissue is inside when the centroid of its volume element, at rest, meets
 /// every condition. All ranges contain their lower end and not their upper end, so adjoining regions share nothing.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Marked {
     /// The zones that it covers, at least one: `LateralLobe`, `MiddleLobe`, `Peripheral`, `Other`.
+    #[schemars(length(min = 1))]
     pub zones: Vec<Zone>,
     /// Hours on the clock face about the middle of the urethra at the same height, as seen from the apex towards the
     /// bladder: 12 anterior, 3 patient's left, 6 posterior. Default: all around.
@@ -176,17 +196,19 @@ fn yes() -> bool {
 }
 
 /// Hours from `from` clockwise to `to`, each 0 to 12; `(from: 10, to: 2)` passes 12. Equal ends are refused.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ClockRange {
     /// First hour.
+    #[schemars(range(min = 0.0, max = 12.0), extend("x-unit" = "h"))]
     pub from: f64,
     /// Hour where it ends.
+    #[schemars(range(min = 0.0, max = 12.0), extend("x-unit" = "h"))]
     pub to: f64,
 }
 
 /// Numbers from `from` up to `to`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Range {
     /// Lower end, inside.
@@ -196,7 +218,7 @@ pub struct Range {
 }
 
 /// Heights along the axis of the gland, from a landmark, mm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub enum HeightRange {
     /// From the bladder neck towards the apex; negative above the neck, in the bladder.
@@ -216,12 +238,13 @@ pub enum HeightRange {
 }
 
 /// Something to reach.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub enum Goal {
     /// Remove at least this share of the marked region, above 0 and at most 1.
     RemoveMarked {
         /// Share of its volume at rest.
+        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
         share: f64,
     },
     /// Do every one of the exercise's steps.
@@ -231,7 +254,7 @@ pub enum Goal {
 }
 
 /// One line of the score: `points * clamp((metric - from) / (to - from), 0, 1)`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScoreRule {
     /// The metric, by id.
@@ -240,6 +263,7 @@ pub struct ScoreRule {
     #[serde(default)]
     pub part: Option<Part>,
     /// Points at best, 0 or more.
+    #[schemars(range(min = 0.0))]
     pub points: f64,
     /// The value that earns nothing.
     pub from: f64,
@@ -256,7 +280,7 @@ pub struct ScoreRule {
 }
 
 /// A part of a score with a subtotal of its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 pub enum Part {
     /// What was removed.
     Resection,
@@ -284,7 +308,7 @@ impl Part {
 }
 
 /// A metric that must have reached a value.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Condition {
     /// The metric, by id.

@@ -24,6 +24,8 @@
 //! | what to do better | `advice.rs` |
 //! | the order in which exercises are taken | `curriculum.rs` |
 //! | metrics, goals and exercises of others | `extension/` |
+//! | mods: folders of exercises and cases of others | `mods/` |
+//! | the reference of exercise files, and their schema | `reference/` |
 //! | whether files are good | `validate.rs` |
 //! | a file to begin with | `template.rs` |
 //! | the order of a step | `plugin.rs` |
@@ -58,12 +60,14 @@ pub mod headless;
 mod library;
 mod limits;
 pub mod metrics;
+pub mod mods;
 mod pars;
 mod parse;
 mod plugin;
 mod plugins;
 mod prepare;
 mod reach;
+pub mod reference;
 mod region;
 mod report;
 mod rules;
@@ -97,6 +101,7 @@ pub use extension::{
 pub use library::{CASE_SUFFIX, EXERCISE_SUFFIX, Library, LoadedExercise, MAX_FILE_BYTES};
 pub use limits::Limits;
 pub use metrics::{Better, MetricId, MetricInfo, Metrics};
+pub use mods::{Mod, ModAside, ModError, Mods};
 pub use pars::{Medal, Pars};
 pub use plugin::{ScenarioPlugin, ScenarioSystems};
 pub use plugins::{FixedStepPlugin, ResectaPlugins, STEP_HZ};
@@ -109,7 +114,7 @@ pub use score::{GoalState, PartScore, ScoreCard, ScoreLine};
 pub use sight::{FAR_MM, LandmarkObservation, Sight};
 pub use state::{CapsulePerforated, EndReason, RunState};
 pub use steps::{Step, StepProgress};
-pub use template::{check_name, new_case, new_exercise};
+pub use template::{check_name, new_case, new_exercise, new_mod};
 pub use trace::{COLUMNS, Trace, TraceRow};
 pub use trigger::Trigger;
 pub use validate::{FileFault, Validation};

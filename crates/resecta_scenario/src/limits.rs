@@ -3,6 +3,7 @@
 //! A limit is a value of a metric. A run ends in the step in which the metric reaches it; where several do, the first in the order
 //! of [`Limits`] is named. Values are those of the table of metrics, so that the report tells how far each was.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -14,22 +15,27 @@ use crate::{
 };
 
 /// What ends a run early. Those left out never do.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
     /// Simulated time, s, above 0.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub time_s: f64,
     /// Perforation: share of the capsule's surface that is cut out, above 0 and at most 1.
     #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub capsule_cut_share: Option<f64>,
     /// Times that the loop met tissue below the verumontanum with current on, 1 or more.
     #[serde(default)]
+    #[schemars(range(min = 1))]
     pub sphincter_injuries: Option<u32>,
     /// Blood lost, ml, above 0. Needs `models.water.bleeding`.
     #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub blood_lost_ml: Option<f64>,
     /// Irrigant that got into opened veins, ml, above 0. Needs `models.water.absorption`.
     #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub absorbed_ml: Option<f64>,
 }
 

@@ -1,10 +1,11 @@
 //! Pars of a score line: the values that earn bronze, silver and gold. They earn no points; they tell a player where a value
 //! stands among what others have reached.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Values of a line's metric, each better than the one before, and where they come from.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pars {
     /// The least that earns bronze, in the metric's unit.

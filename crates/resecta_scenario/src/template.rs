@@ -1,9 +1,16 @@
 //! A file to begin with: what `resecta new` writes. It keeps every rule, plays at once and says what may be changed.
 
+use crate::{
+    library::{CASE_SUFFIX, EXERCISE_SUFFIX},
+    mods::MANIFEST,
+};
 use resecta_anatomy::{
     Case,
     generate::{GlandSpec, generate},
 };
+
+/// Versions of Resecta like this one.
+const RESECTA: &str = concat!(env!("CARGO_PKG_VERSION_MAJOR"), ".", env!("CARGO_PKG_VERSION_MINOR"));
 
 /// Most characters of the name of an exercise or a case.
 const MAX_NAME: usize = 64;
@@ -55,6 +62,25 @@ pub fn new_case(name: &str) -> String {
         ..generate(&GLAND).expect("a gland of published dimensions")
     };
     format!("{CASE_HEAD}{}", case.to_ron())
+}
+
+/// The files of a mod to begin with, by their paths in its folder: a manifest, an exercise and its case.
+pub fn new_mod(name: &str) -> [(String, String); 3] {
+    let manifest = MANIFEST_TEMPLATE
+        .replace("TITLE", &title(name))
+        .replace("VERSION", RESECTA);
+    let manifest = manifest.replace("ID", name);
+    let (of_shipped, of_own) = ("    case: \"medium\",", "    case: \"own\",");
+    let exercise = new_exercise("first").replace(of_shipped, of_own);
+    let exercise = exercise.replace(
+        "or a file beside this one: \"my.case.ron\" (resecta new case my).",
+        "or one of the mod's own cases/.",
+    );
+    [
+        (MANIFEST.into(), manifest),
+        (format!("exercises/first{EXERCISE_SUFFIX}"), exercise),
+        (format!("cases/own{CASE_SUFFIX}"), new_case("own")),
+    ]
 }
 
 /// `my_first` as a title: `My first`.
@@ -119,6 +145,22 @@ const TEMPLATE: &str = r#"// An exercise of Resecta. Look for slips:  resecta va
             needs: (metric: "marked_removed_share", at_least: 0.4),
         ),
     ],
+)
+"#;
+
+const MANIFEST_TEMPLATE: &str = r#"// A mod of Resecta: exercises and cases in a folder. Look for slips:  resecta validate THIS_FOLDER
+(
+    // Its name in files and commands. Its exercises are ID/first and so on.
+    id: "ID",
+    title: "TITLE",
+    version: "0.1.0",
+    description: "",
+
+    // Versions of Resecta that it works with.
+    resecta: "VERSION",
+
+    // Mods that must be there, too: needs: [(id: "other_mod", version: "1.2")], whose cases are then "other_mod/name".
+    // Mods that must not:           conflicts: ["another_mod"],
 )
 "#;
 

@@ -4,6 +4,7 @@
 
 use resecta_anatomy::{Landmark, Zone};
 use resecta_instrument::{InstrumentAction, InstrumentState};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -15,17 +16,19 @@ use crate::{
 };
 
 /// Something that the player does, or that comes of it. All numbers are above 0.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub enum Trigger {
     /// The sheath is this far deeper than when the step began, mm.
     Advanced {
         /// mm.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         mm: f64,
     },
     /// The sheath is this far further out than when the step began, mm.
     Withdrawn {
         /// mm.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         mm: f64,
     },
     /// The middle of the sheath's tip is this near to a landmark, mm.
@@ -33,6 +36,7 @@ pub enum Trigger {
         /// `Verumontanum`, `BladderNeck`, `ExternalSphincter`, `LeftOrifice` or `RightOrifice`.
         landmark: Landmark,
         /// mm.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         mm: f64,
     },
     /// The lens has seen a landmark for so long: in the round field, within 45 mm, hidden by neither tissue nor murk.
@@ -40,51 +44,61 @@ pub enum Trigger {
         /// As of `Reached`.
         landmark: Landmark,
         /// s.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         s: f64,
     },
     /// The tip has turned up, down or sideways this far from where it pointed when the step began, degrees.
     Tilted {
         /// Degrees.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         deg: f64,
     },
     /// The tip has turned up this far from where it pointed when the step began, degrees.
     TipRaised {
         /// Degrees.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         deg: f64,
     },
     /// The instrument has rolled this far from where it was, either way, degrees.
     Rolled {
         /// Degrees.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         deg: f64,
     },
     /// The instrument is rolled by at most this much from upright, either way, degrees.
     Upright {
         /// Degrees.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         deg: f64,
     },
     /// The loop is at least this far out, mm.
     LoopOut {
         /// mm.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         mm: f64,
     },
     /// The loop is at most this far out, mm.
     LoopIn {
         /// mm.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         mm: f64,
     },
     /// This much tissue went in the step, g.
     Cut {
         /// g.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         g: f64,
     },
     /// The coagulating current flowed this long through a loop in contact with tissue, s.
     Coagulated {
         /// s.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         s: f64,
     },
     /// This share of the marked region is gone, however long since; at most 1.
     MarkedRemoved {
         /// Share of its volume at rest.
+        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
         share: f64,
     },
     /// This share of a zone is gone, however long since; at most 1.
@@ -92,40 +106,49 @@ pub enum Trigger {
         /// `LateralLobe`, `MiddleLobe`, `Peripheral` or `Other`.
         zone: Zone,
         /// Share of its volume at rest.
+        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
         share: f64,
     },
     /// No vessel has bled for this long, s. Needs `models.water.bleeding`.
     NothingBleeds {
         /// s.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         s: f64,
     },
     /// The pressure in the bladder has been this or less for so long. Needs `models.water`.
     PressureKept {
         /// cmH2O.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         cmh2o: f64,
         /// s.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         s: f64,
     },
     /// At least this share of the light has come back to the lens for so long; at most 1. Needs `models.water.turbidity`.
     ViewClear {
         /// Share of the light.
+        #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
         share: f64,
         /// s.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         s: f64,
     },
     /// So much time has passed in the step, s.
     Waited {
         /// s.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         s: f64,
     },
     /// The bladder holds this much or less, ml. Needs `models.water`.
     BladderBelow {
         /// ml.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         ml: f64,
     },
     /// The bladder holds this much or more, ml. Needs `models.water`.
     BladderAbove {
         /// ml.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         ml: f64,
     },
     /// A goal of an extension is reached, counted from the start of the run: `Extension("its_name")`.

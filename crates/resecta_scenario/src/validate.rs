@@ -1,21 +1,26 @@
 //! Checks files and folders, and tells all that is wrong with them: what `resecta validate` does.
 //!
 //! An exercise is checked as if it were about to be played: text, rules, case, gland, marks, instrument. A case is checked as far
-//! as a lattice. Nothing is written and nothing is spawned.
+//! as a lattice. A folder with a manifest is checked as a mod, beside the mods of the library and those named with it: one that is put
+//! aside for its manifest or folder is not looked into. Nothing is written and nothing is spawned.
 
 use std::{
     fmt, fs, io,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use resecta_anatomy::{Case, CaseError, Lattice, LatticeError, LatticeOptions};
+use resecta_instrument::{InstrumentLimits, InstrumentScript, ScriptError};
 use resecta_solver::Material;
 use resecta_text::{nearest, place_of};
 use thiserror::Error;
 
 use crate::{
+    curriculum,
     errors::{ExerciseError, RuleError},
     library::{CASE_SUFFIX, EXERCISE_SUFFIX, Library, MAX_FILE_BYTES, read_text},
+    mods::{EXERCISES, MANIFEST, Mod, ModError},
 };
 
 /// Folders within folders that are looked into.
@@ -32,6 +37,20 @@ pub enum FileFault {
     /// A case.
     #[error(transparent)]
     Case(#[from] CaseError),
+    /// A mod.
+    #[error("{0}")]
+    Mod(Arc<ModError>),
+    /// A script of a mod.
+    #[error(transparent)]
+    Script(#[from] ScriptError),
+    /// An exercise or a case in a mod where the game does not look.
+    #[error("{}: is not found there; expected it in the mod's folder `{folder}`", file.display())]
+    Misplaced {
+        /// The file.
+        file: PathBuf,
+        /// Where it belongs.
+        folder: &'static str,
+    },
     /// A case that gives no lattice.
     #[error("{}: slices: no lattice can be built: {source}", file.display())]
     Lattice {
@@ -115,9 +134,19 @@ impl fmt::Display for Validation {
 impl Library {
     /// Checks files, and all exercises and cases in folders. Every fault is told but what hides behind a slip of syntax.
     pub fn validate<P: AsRef<Path>>(&self, paths: impl IntoIterator<Item = P>) -> Validation {
+        let paths: Vec<P> = paths.into_iter().collect();
+        let mut mods = Vec::new();
+        for path in &paths {
+            let mut left = MOST_ENTRIES;
+            find_mods(path.as_ref(), DEEPEST, &mut left, &mut mods);
+        }
+        let library = self.clone().with_mods(self.mods().with(mods));
+        library.validate_paths(paths.iter().map(AsRef::as_ref))
+    }
+
+    fn validate_paths<'a>(&self, paths: impl Iterator<Item = &'a Path>) -> Validation {
         let mut validation = Validation::default();
         for path in paths {
-            let path = path.as_ref();
             if path.is_dir() {
                 let mut left = MOST_ENTRIES;
                 if let Err(fault) = self.validate_folder(path, DEEPEST, &mut left, &mut validation) {
@@ -155,6 +184,10 @@ impl Library {
         left: &mut usize,
         validation: &mut Validation,
     ) -> Result<(), FileFault> {
+        if folder.join(MANIFEST).is_file() {
+            self.validate_mod(folder, validation);
+            return Ok(());
+        }
         let broken = |problem: String| FileFault::Folder {
             folder: folder.into(),
             problem,
@@ -188,6 +221,54 @@ impl Library {
         Ok(())
     }
 
+    /// Checks a mod: what is put aside is told and not looked into.
+    fn validate_mod(&self, folder: &Path, validation: &mut Validation) {
+        let mut asides = self.mods().aside().iter().filter(|aside| aside.folder == folder);
+        if let Some(aside) = asides.next() {
+            let file = folder.join(MANIFEST);
+            let faults = aside.faults.iter().map(|fault| FileFault::Mod(fault.clone()));
+            validation.push(&file, faults.collect());
+        } else if let Some(found) = self.mods().around(folder) {
+            validation.push(&folder.join(MANIFEST), Vec::new());
+            self.validate_in_mod(found, folder, validation);
+        }
+    }
+
+    /// Checks the files in a folder of a mod, which keeps the limits of mods.
+    fn validate_in_mod(&self, of: &Mod, folder: &Path, validation: &mut Validation) {
+        let is = |name: &str| folder == of.folder().join(name);
+        for entry in entries(folder).unwrap_or_default() {
+            let name = entry.file_name().unwrap_or_default().to_string_lossy();
+            let faults = if entry.is_dir() {
+                if !entry.is_symlink() {
+                    self.validate_in_mod(of, &entry, validation);
+                }
+                continue;
+            } else if name.ends_with(EXERCISE_SUFFIX) {
+                match is(EXERCISES) {
+                    true => self.exercise_faults(&entry),
+                    false => vec![misplaced(&entry, EXERCISES)],
+                }
+            } else if name.ends_with(CASE_SUFFIX) {
+                case_faults(&entry)
+            } else if is("scripts") && name.ends_with(".ron") {
+                let script = InstrumentScript::load(&entry, &InstrumentLimits::default());
+                script.err().into_iter().map(FileFault::from).collect()
+            } else if is("") && name == curriculum::FILE {
+                of.curriculum().err().into_iter().map(FileFault::from).collect()
+            } else if is("") && name == MANIFEST {
+                continue;
+            } else if let nearest @ Some(_) = intended(&entry) {
+                let file = entry.clone();
+                vec![FileFault::Kind { file, nearest }]
+            } else {
+                validation.passed_over.push(entry);
+                continue;
+            };
+            validation.push(&entry, faults);
+        }
+    }
+
     /// What is wrong with a file; none where its name says neither exercise nor case.
     fn validate_file(&self, file: &Path) -> Option<Vec<FileFault>> {
         let name = file.file_name()?.to_string_lossy();
@@ -214,6 +295,26 @@ impl Library {
                 Err(error) => vec![error.placed(&text).into()],
             },
             Err(faults) => faults.into_iter().map(FileFault::from).collect(),
+        }
+    }
+}
+
+fn misplaced(file: &Path, folder: &'static str) -> FileFault {
+    let file = file.into();
+    FileFault::Misplaced { file, folder }
+}
+
+/// The folders with a manifest in a folder, which may be one itself.
+fn find_mods(folder: &Path, depth: usize, left: &mut usize, found: &mut Vec<PathBuf>) {
+    if folder.join(MANIFEST).is_file() {
+        found.push(folder.into());
+        return;
+    }
+    for entry in entries(folder).unwrap_or_default() {
+        // Who looks through all of it once more tells what is too much.
+        *left = left.saturating_sub(1);
+        if *left > 0 && depth > 0 && entry.is_dir() && !entry.is_symlink() {
+            find_mods(&entry, depth - 1, left, found);
         }
     }
 }

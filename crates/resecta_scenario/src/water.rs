@@ -8,12 +8,13 @@ use resecta_fluid::{
     Lens, Turbidity, TurbiditySettings, VesselError, VesselOptions, Vessels,
 };
 use resecta_instrument::{InstrumentState, Resectoscope};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{active::ActiveExercise, begun::Begun, errors::RuleError};
 
 /// Irrigation and bladder, and what else of blood and water is on.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Water {
     /// Bag, and the taps as the instrument begins with them: fields of [`Irrigation`]. In play the taps follow the instrument.
@@ -21,6 +22,7 @@ pub struct Water {
     /// How the bladder gives way: fields of [`BladderSettings`].
     pub bladder: BladderSettings,
     /// What the bladder holds at the start, ml, 0 or more. Default 100.
+    #[schemars(range(min = 0.0, max = 1e6))]
     pub bladder_ml: f64,
     /// Vessels that open when they are cut; absent, nothing bleeds.
     pub bleeding: Option<Bleeding>,
@@ -44,7 +46,7 @@ impl Default for Water {
 }
 
 /// The vessels of an exercise.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Bleeding {
     /// Decides where the vessels lie: the same number, the same vessels. Default 0.

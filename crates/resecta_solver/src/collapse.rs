@@ -4,6 +4,7 @@
 //! on at once: the force in effect follows its target with the time constant [`TIME_CONSTANT_S`].
 
 use glam::Vec3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::ranges::{STRONGEST_COLLAPSE_UN, within};
@@ -11,7 +12,7 @@ use crate::sites::Sites;
 use crate::vectors::Vectors;
 
 /// The law by which tissue collapses into a cut. A scene chooses one or, by `None` of an `Option`, neither.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum CollapseLaw {
     /// 2003 paper, II.C: a removed spring leaves the force that would have compressed it fully, `mu * l0`, on the node that
     /// stays. Our reading of the direction: towards the removed node, so that tissue moves into the cavity.
@@ -21,6 +22,7 @@ pub enum CollapseLaw {
     CompressionForce {
         /// Share of that force that acts, 0 to 1. At 1 every cut edge is pulled by the whole modulus, which is no slight
         /// collapse; the papers name no share.
+        #[schemars(range(min = 0.0, max = 1.0))]
         share: f32,
     },
     /// Second paper, equations (3) and (4): `p_i = k_i dV_i`, `dV_i = c_i * sum of V_j^c / V_j^0` over the pentahedra that
@@ -29,6 +31,7 @@ pub enum CollapseLaw {
     HydraulicPressure {
         /// k_i, the hydraulic resistance: force for each whole pentahedron lost, µN; 0 or more. Of one that is thinned the
         /// share that went counts.
+        #[schemars(range(min = 0.0))]
         resistance_un: f32,
     },
 }

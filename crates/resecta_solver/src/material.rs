@@ -1,10 +1,11 @@
 //! What a tissue is made of: modulus, density, viscosity, how its lattice resists shear and how it holds its volume.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How the lattice resists shear. Six-neighbour springs alone are a mechanism: they have no first-order resistance to
 /// shear, and any compressed family of them buckles at once.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum ShearResistance {
     /// None: the lattice of the papers as it stands.
     None,

@@ -2,6 +2,7 @@
 
 use std::{
     any::TypeId,
+    borrow::Cow,
     cmp::Ordering,
     fmt,
     hash::{Hash, Hasher},
@@ -9,6 +10,7 @@ use std::{
 
 use bevy::prelude::*;
 use resecta_instrument::InstrumentAction;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{GoalExtension, MetricExtension, known_goal};
@@ -176,6 +178,16 @@ impl GoalId {
 impl Serialize for GoalId {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.name())
+    }
+}
+
+impl JsonSchema for GoalId {
+    fn schema_name() -> Cow<'static, str> {
+        "GoalId".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"type": "string", "description": "A goal of an extension, by name."})
     }
 }
 

@@ -1,8 +1,9 @@
 //! The one table of metrics: what the exercise file may name, the report prints and a panel shows.
 
-use std::fmt;
+use std::{borrow::Cow, fmt};
 
 use bevy::reflect::Reflect;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use crate::extension::{ExtensionMetric, known_metric};
@@ -149,6 +150,24 @@ impl fmt::Display for MetricId {
 impl Serialize for MetricId {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.info().id)
+    }
+}
+
+impl JsonSchema for MetricId {
+    fn schema_name() -> Cow<'static, str> {
+        "MetricId".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let ids = MetricId::ALL.iter().map(|metric| {
+            let MetricInfo { id, doc, unit, .. } = metric.info();
+            json_schema!({"type": "string", "const": id, "description": doc.trim(), "x-unit": unit})
+        });
+        let ids: Vec<Schema> = ids.collect();
+        json_schema!({
+            "description": "A metric, by id: one of those below, or an extension's.",
+            "anyOf": [{"oneOf": ids}, {"type": "string"}],
+        })
     }
 }
 

@@ -66,7 +66,8 @@ impl Bench {
                 landmarks: Landmarks::default(),
                 approximated: Vec::new(),
                 slices: Vec::new(),
-            },
+            }
+            .into(),
             lattice: LatticeSummary::default(),
             material: "palpation_5hz".into(),
             marked: MarkedRegion::new(volumes.collect()),
