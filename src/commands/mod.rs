@@ -8,14 +8,18 @@ mod generate;
 mod import;
 mod mesh;
 mod new;
+mod progress;
 mod rates;
+mod replay;
 mod run;
+mod score;
 mod solve;
 mod timing;
 mod validate;
 
 use std::path::{Path, PathBuf};
 
+use bevy::{log::LogPlugin, prelude::*};
 use clap::{Args, Parser, Subcommand};
 use resecta::{
     anatomy::Case,
@@ -54,6 +58,9 @@ enum Command {
     New(new::New),
     Validate(validate::Validate),
     Run(run::Run),
+    Replay(replay::Replay),
+    Score(score::Score),
+    Progress(progress::Progress),
     Rates(rates::Rates),
     Solve(solve::Solve),
     Accuracy(accuracy::Accuracy),
@@ -70,6 +77,9 @@ impl Cli {
             Some(Command::New(new)) => new.run(),
             Some(Command::Validate(validate)) => validate.run(),
             Some(Command::Run(run)) => run.run(),
+            Some(Command::Replay(replay)) => replay.run(),
+            Some(Command::Score(score)) => score.run(),
+            Some(Command::Progress(progress)) => progress.run(),
             Some(Command::Rates(rates)) => rates.run(),
             Some(Command::Solve(solve)) => solve.run(),
             Some(Command::Accuracy(accuracy)) => accuracy.run(),
@@ -85,6 +95,14 @@ impl Game {
             exercise: self.exercise,
         })?)
     }
+}
+
+/// Lets the app tell on stderr what is wrong, and nothing else. A process has one log.
+fn quiet_log(app: &mut App) {
+    app.add_plugins(LogPlugin {
+        filter: "warn".into(),
+        ..default()
+    });
 }
 
 /// The shipped exercises and cases.

@@ -388,7 +388,7 @@ fn carry_out(
     }
 }
 
-fn turn_outside(
+pub(super) fn turn_outside(
     flow: Res<GameFlow>,
     time: Res<Time<Real>>,
     keys: Res<ButtonInput<KeyCode>>,

@@ -15,6 +15,7 @@
 //! | colours | `palette.rs` |
 //! | sizes, buttons, the keyboard's focus | `menu.rs` |
 //! | pictures of key moments | `moments.rs` |
+//! | records played again, with a ghost | `replay/` |
 //! | how fast it runs | `pace.rs` |
 //! | how finely it is drawn where that is too slow | `fineness.rs` |
 //! | pictures of all of it | `gallery/` |
@@ -38,6 +39,7 @@ mod overlay;
 mod pace;
 mod palette;
 mod panel;
+mod replay;
 mod settings;
 mod sketch;
 mod sound;
@@ -48,7 +50,7 @@ mod tutorial;
 use std::path::PathBuf;
 
 use bevy::{
-    app::Plugins,
+    app::{PluginGroupBuilder, Plugins},
     log::LogPlugin,
     prelude::*,
     render::RenderPlugin,
@@ -56,6 +58,7 @@ use bevy::{
 };
 use bevy_egui::EguiPlugin;
 use resecta_instrument::LiveInput;
+use resecta_records::RecordError;
 use resecta_scenario::{ExerciseError, Extensions, Library, RunLog};
 use thiserror::Error;
 
@@ -69,6 +72,7 @@ pub use display::NoDisplay;
 pub use flow::{GameFlow, Phase};
 pub use gallery::GalleryError;
 pub use layout::ViewLayout;
+pub use replay::{ReplayOptions, replay};
 pub use settings::{KeptSettings, Settings, SettingsError, SettingsFile, SettingsPage, SettingsPlugin, SoundSettings};
 pub use sound::{SoundDevice, SoundOutput};
 
@@ -94,6 +98,19 @@ pub enum GameError {
     /// The exercise is at fault.
     #[error(transparent)]
     Exercise(#[from] ExerciseError),
+    /// A record that is to be shown is at fault.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The ghost's run was on another gland.
+    #[error("{}: a run on another gland ({ghost}), which can be no ghost beside one on {shown}", file.display())]
+    OtherGland {
+        /// The ghost's record.
+        file: PathBuf,
+        /// Its case.
+        ghost: String,
+        /// The case that is shown.
+        shown: String,
+    },
     /// A picture of the gallery is missing.
     #[error(transparent)]
     Gallery(#[from] GalleryError),
@@ -141,6 +158,28 @@ pub fn gallery(folder: PathBuf) -> Result<Vec<PathBuf>, GameError> {
     Ok(outcome.unwrap_or(Err(GalleryError::Closed))?)
 }
 
+/// Bevy's own plugins, with a window of this title.
+fn in_window(title: String, waits_for_shaders: bool) -> PluginGroupBuilder {
+    DefaultPlugins
+        .set(WindowPlugin {
+            primary_window: Some(Window {
+                title,
+                resolution: WindowResolution::new(1280, 720),
+                present_mode: PresentMode::AutoVsync,
+                ..default()
+            }),
+            ..default()
+        })
+        .set(RenderPlugin {
+            synchronous_pipeline_compilation: waits_for_shaders,
+            ..default()
+        })
+        .set(LogPlugin {
+            filter: "warn,wgpu_hal=error".into(),
+            ..default()
+        })
+}
+
 /// The game, ready to run.
 fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) -> Result<App, GameError> {
     display::check()?;
@@ -158,25 +197,8 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
     };
 
     app.add_plugins((
-        DefaultPlugins
-            .set(WindowPlugin {
-                primary_window: Some(Window {
-                    title,
-                    resolution: WindowResolution::new(1280, 720),
-                    present_mode: PresentMode::AutoVsync,
-                    ..default()
-                }),
-                ..default()
-            })
-            .set(RenderPlugin {
-                // Who waits for pictures waits for shaders.
-                synchronous_pipeline_compilation: matches!(player, Player::Nobody),
-                ..default()
-            })
-            .set(LogPlugin {
-                filter: "warn,wgpu_hal=error".into(),
-                ..default()
-            }),
+        // Who waits for pictures waits for shaders.
+        in_window(title, matches!(player, Player::Nobody)),
         EguiPlugin::default(),
         ResectaPlugins,
         ViewPlugin,
