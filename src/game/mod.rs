@@ -5,7 +5,8 @@
 //! | title, choice, briefing, play, pause, debriefing, and the keys between them | `flow.rs` |
 //! | the title | `title.rs` |
 //! | choosing an exercise, and its picture | `choose.rs`, `catalogue.rs`, `sketch.rs` |
-//! | the player's own scores | `history.rs` |
+//! | who plays, their records and scores | `history.rs` |
+//! | choosing who plays, and learning curves | `progress.rs` |
 //! | which view is where in the window | `layout.rs` |
 //! | the panel at the side | `panel.rs` |
 //! | what lies over the views: briefing, pause, help, warnings | `overlay.rs` |
@@ -39,6 +40,7 @@ mod overlay;
 mod pace;
 mod palette;
 mod panel;
+mod progress;
 mod replay;
 mod settings;
 mod sketch;
@@ -58,7 +60,7 @@ use bevy::{
 };
 use bevy_egui::EguiPlugin;
 use resecta_instrument::LiveInput;
-use resecta_records::RecordError;
+use resecta_records::{RecordError, RecorderPlugin};
 use resecta_scenario::{ExerciseError, Extensions, Library, RunLog};
 use thiserror::Error;
 
@@ -210,7 +212,7 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
             panel::plugin,
             overlay::plugin,
             title::plugin,
-            choose::plugin,
+            (choose::plugin, progress::plugin, RecorderPlugin),
             tutorial::plugin,
             moments::plugin,
             debrief::plugin,
