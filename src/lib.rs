@@ -11,7 +11,8 @@
 //! | [`fluid`] | blood and water: irrigation, bleeding, turbidity, absorption |
 //! | [`instrument`] | the resectoscope and where its input comes from |
 //! | [`sound`] | samples of what is heard, without a device |
-//! | [`scenario`] | exercises, metrics, score, the record of a run |
+//! | [`scenario`] | exercises, metrics, score, the report of a run |
+//! | [`records`] | runs as files that play again to the same bits; progress of trainees |
 //!
 //! [`ResectaPlugins`] is all of the simulation and nothing of the picture; any app can hold it:
 //!
@@ -43,6 +44,7 @@ pub use resecta_anatomy as anatomy;
 pub use resecta_chips as chips;
 pub use resecta_fluid as fluid;
 pub use resecta_instrument as instrument;
+pub use resecta_records as records;
 pub use resecta_scenario as scenario;
 pub use resecta_solver as solver;
 pub use resecta_sound as sound;

@@ -10,7 +10,14 @@ use resecta::{
     scenario::{COLUMNS, Library},
 };
 
-const RESULTS: [&str; 5] = ["gland.vtu", "report.html", "report.json", "timing.json", "trace.csv"];
+const RESULTS: [&str; 6] = [
+    "gland.vtu",
+    "report.html",
+    "report.json",
+    "run.resecta-run",
+    "timing.json",
+    "trace.csv",
+];
 
 fn play(folder: &Path, out: &str, more: &[&str]) {
     let arguments = ["run", "test.exercise.ron", "--script", "script.ron", "--out", out];

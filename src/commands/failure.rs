@@ -8,6 +8,7 @@ use resecta::{
     game::GameError,
     instrument::{RecordingError, ScriptError},
     rates::RateError,
+    records::{Difference, ProgressError, RecordError},
     scenario::ExerciseError,
     spring_scene::SpringSceneError,
     view::{NoAdapter, PictureError},
@@ -41,6 +42,20 @@ pub enum Failure {
     PicturesDiffer { pictures: String, report: String },
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    #[error("{}: {difference}", file.display())]
+    ReplayDiffers { file: PathBuf, difference: Difference },
+    #[error("{}: the score is {computed}, in the record {recorded}", file.display())]
+    ScoreDiffers {
+        file: PathBuf,
+        recorded: f64,
+        computed: f64,
+    },
+    #[error(transparent)]
+    Progress(#[from] ProgressError),
+    #[error("trainee: there is no \"{name}\"; there {}", list(trainees))]
+    NoSuchTrainee { name: String, trainees: Vec<String> },
     #[error("{name}: no such case; expected one of {} or the path of a .case.ron file", shipped.join(", "))]
     NoSuchCase { name: String, shipped: Vec<String> },
     #[error("{case}: {source}")]
@@ -69,4 +84,12 @@ pub enum Failure {
     Write { file: PathBuf, source: io::Error },
     #[error("{}: out: {rule}", folder.display())]
     OutFolder { folder: PathBuf, rule: String },
+}
+
+fn list(trainees: &[String]) -> String {
+    match trainees {
+        [] => "is nobody yet".into(),
+        [one] => format!("is {one}"),
+        all => format!("are {}", all.join(", ")),
+    }
 }

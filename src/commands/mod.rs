@@ -8,15 +8,19 @@ mod generate;
 mod import;
 mod mesh;
 mod new;
+mod progress;
 mod rates;
 mod reference;
+mod replay;
 mod run;
+mod score;
 mod solve;
 mod timing;
 mod validate;
 
 use std::path::{Path, PathBuf};
 
+use bevy::{log::LogPlugin, prelude::*};
 use clap::{Args, Parser, Subcommand};
 use resecta::{
     anatomy::Case,
@@ -55,6 +59,9 @@ enum Command {
     New(new::New),
     Validate(validate::Validate),
     Run(run::Run),
+    Replay(replay::Replay),
+    Score(score::Score),
+    Progress(progress::Progress),
     Rates(rates::Rates),
     Reference(reference::Reference),
     Solve(solve::Solve),
@@ -72,6 +79,9 @@ impl Cli {
             Some(Command::New(new)) => new.run(),
             Some(Command::Validate(validate)) => validate.run(),
             Some(Command::Run(run)) => run.run(),
+            Some(Command::Replay(replay)) => replay.run(),
+            Some(Command::Score(score)) => score.run(),
+            Some(Command::Progress(progress)) => progress.run(),
             Some(Command::Rates(rates)) => rates.run(),
             Some(Command::Reference(reference)) => reference.run(),
             Some(Command::Solve(solve)) => solve.run(),
@@ -88,6 +98,14 @@ impl Game {
             exercise: self.exercise,
         })?)
     }
+}
+
+/// Lets the app tell on stderr what is wrong, and nothing else. A process has one log.
+fn quiet_log(app: &mut App) {
+    app.add_plugins(LogPlugin {
+        filter: "warn".into(),
+        ..default()
+    });
 }
 
 /// The shipped exercises and cases, and the player's mods.

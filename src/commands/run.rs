@@ -6,7 +6,7 @@ use std::{
     time::Instant,
 };
 
-use bevy::{log::LogPlugin, prelude::*};
+use bevy::prelude::*;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use resecta::{
@@ -16,22 +16,26 @@ use resecta::{
     instrument::{InstrumentLimits, InstrumentRecording, InstrumentScript, InstrumentSource},
     page,
     players::{self, Player, PlayersPlugin},
+    records::{self, RecorderPlugin, RunRecorder},
     scenario::{ActiveExercise, CutMap, EndReason, LoadedExercise, PreparedExercise, Report, RunLog, Trace, advice},
     tissue::{Tissue, TissueDiagnostics},
     view::{Pictures, PicturesPlugin, adapter_available, finish_pictures},
 };
 
 use super::{
-    Failure, files, library,
+    Failure, files, library, quiet_log,
     timing::{Stopwatch, Timing},
 };
 
 /// Sentences of what to do better.
 const ADVICE: usize = 5;
+/// Name of the run's record among the results.
+const RECORD: &str = "run.resecta-run";
 
 /// Play an exercise without a window, as fast as the machine can
 ///
-/// Writes report.html (to be read and printed), report.json (score and metrics), trace.csv (a row a step), gland.vtu (what is left, for ParaView or meshio) and timing.json. Equal
+/// Writes report.html (to be read and printed), report.json (score and metrics), trace.csv (a row a step), gland.vtu (what is left, for ParaView or meshio), run.resecta-run (the
+/// record, for `resecta replay` and `resecta score`) and timing.json. Equal
 /// runs write equal bytes, whatever the number of threads, but for timing.json.
 #[derive(Args)]
 pub struct Run {
@@ -112,13 +116,12 @@ impl Run {
         app.init_resource::<Trace>().init_resource::<RunLog>();
         // A process has one log: where pictures are taken, it is that of the renderer.
         if self.frames.is_none() {
-            app.add_plugins(LogPlugin {
-                filter: "warn".into(),
-                ..default()
-            });
+            quiet_log(&mut app);
         }
+        app.add_plugins(RecorderPlugin);
         let longest_s = loaded.exercise.limits.time_s.min(duration_s(&input));
         input.clone().start(&mut app, prepared);
+        records::record_run(app.world_mut(), self.input.who());
         let prepare = begun.elapsed();
 
         let progress = progress_bar("steps", (longest_s * STEP_HZ).ceil() as u64);
@@ -139,6 +142,10 @@ impl Run {
         let report = report(world);
         let mut timing = stopwatch.timing(self.threads, prepare, report.run.step_s);
         write_results(&self.out, world, &report)?;
+        if let Some(record) = app.world_mut().resource_mut::<RunRecorder>().take() {
+            record.save(&self.out.join(RECORD))?;
+        }
+        let world = app.world();
         warn_of_put_aside(world.resource::<TissueDiagnostics>());
         if let Some(count) = self.frames {
             let begun = Instant::now();
@@ -181,6 +188,16 @@ fn report(world: &World) -> Report {
 }
 
 impl Input {
+    /// Who plays, for the record.
+    fn who(&self) -> records::Hands {
+        let name = |file: &PathBuf| file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        match (self.player, &self.script, &self.recording) {
+            (Some(who), ..) => records::Hands::Player(format!("{who:?}").to_lowercase()),
+            (None, Some(script), _) => records::Hands::Script(name(script)),
+            (None, None, recording) => records::Hands::Recording(recording.as_ref().map(name).unwrap_or_default()),
+        }
+    }
+
     fn load(&self, limits: &InstrumentLimits) -> Result<Hands, Failure> {
         if let Some(who) = self.player {
             return Ok(Hands::Player(match who {
@@ -206,7 +223,7 @@ fn duration_s(input: &Hands) -> f64 {
 }
 
 /// Hidden where stderr is no terminal.
-fn progress_bar(what: &'static str, steps: u64) -> ProgressBar {
+pub(super) fn progress_bar(what: &'static str, steps: u64) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} {msg}, {elapsed} gone, {eta} to go");
     ProgressBar::new(steps)
         .with_message(what)

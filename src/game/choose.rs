@@ -5,11 +5,12 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, Align2, FontId, RichText, Sense, Stroke, Ui},
 };
+use resecta_records::progress::PastRun;
 
 use super::{
     catalogue::Catalogue,
     flow::{GameFlow, Phase, Wish},
-    history::{History, PastRun},
+    history::History,
     menu::{self, MenuFocus, MenuSystems},
     palette,
     panel::clock,
@@ -51,6 +52,8 @@ fn show(
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 menu::wish(ui, "Back (Esc)", Wish::Title, false, &mut flow);
                 menu::wish(ui, "Help (H)", Wish::Help, false, &mut flow);
+                let who = format!("{}: progress (P)", history.trainee());
+                menu::wish(ui, &who, Wish::Progress, false, &mut flow);
             });
         });
         ui.add_space(10.0);
@@ -267,11 +270,11 @@ fn runs(ui: &mut Ui, history: &History, exercise: &str) {
                 ui.label(RichText::new(name).color(palette::WEAK));
                 ui.label(RichText::new(format!("{:.0} of {:.0}", run.score, run.out_of)).color(colour));
                 ui.label(clock(run.elapsed_s));
-                ui.label(format!("{:.2} g", run.removed_g));
+                ui.label(format!("{:.2} g", run.value("removed_g").unwrap_or_default()));
                 ui.end_row();
             };
             line("Best", best, palette::ACCENT);
-            for (number, run) in history.of(exercise).rev().take(RUNS_SHOWN).enumerate() {
+            for (number, run) in history.of_exercise(exercise).rev().take(RUNS_SHOWN).enumerate() {
                 let name = if number == 0 {
                     "Last".to_owned()
                 } else {

@@ -8,15 +8,15 @@ use bevy::{
     window::{CursorGrabMode, CursorOptions, PrimaryWindow, WindowFocused},
 };
 use resecta_instrument::{InstrumentSource, LiveInput};
+use resecta_records::{Hands, RunRecorder, record_run};
 use resecta_scenario::{
-    ActiveExercise, EndReason, ExerciseError, LoadedExercise, MetricId, Metrics, PreparedExercise, RunState, ScoreCard,
-    spawn_exercise,
+    ActiveExercise, EndReason, ExerciseError, LoadedExercise, PreparedExercise, RunState, spawn_exercise,
 };
 use resecta_tissue::TissueSettings;
 
 use super::{
     catalogue::Catalogue,
-    history::{History, PastRun},
+    history::History,
     layout::ViewLayout,
     pace::Pace,
     settings::{self, SettingsPage},
@@ -64,6 +64,8 @@ pub enum Phase {
     Title,
     /// Looking for an exercise.
     Choosing,
+    /// Looking at who plays and how they came along.
+    Progress,
     /// Waiting for the gland to be built.
     Preparing,
     /// Reading what is to be done.
@@ -90,6 +92,8 @@ pub enum Wish {
     Title,
     /// To the exercises.
     Choose,
+    /// To the trainees and their progress.
+    Progress,
     /// The briefing of the exercise that is looked at in the catalogue.
     Open,
     /// Begin, or go on.
@@ -119,6 +123,8 @@ pub struct GameFlow {
     pub help: bool,
     /// Whether the mouse turns the outside view in place of the instrument.
     pub turning: bool,
+    /// Whether letters are being written: no key means anything else then.
+    pub is_writing: bool,
     /// Why the exercise could not be started.
     pub trouble: Option<String>,
     /// The exercise in play as it was loaded, to start it again from.
@@ -191,6 +197,12 @@ impl Preparing {
 pub fn begin(world: &mut World, prepared: PreparedExercise) {
     let active = spawn_exercise(world, prepared);
     world.entity_mut(active.instrument).insert(InstrumentSource::Live);
+    // Who it was is told when they are done.
+    let somebody = Hands::Person {
+        trainee: String::new(),
+        ended_unix_s: 0,
+    };
+    record_run(world, somebody);
     if let Some(mut settings) = world.get_mut::<TissueSettings>(active.tissue) {
         settings.watch_error_every = STEPS_A_WATCH;
     }
@@ -204,7 +216,7 @@ pub fn begin(world: &mut World, prepared: PreparedExercise) {
 const STEPS_A_WATCH: u32 = 120;
 
 /// The keys of the game. None of them is among the instrument's bindings.
-pub const KEYS: [(&str, &str); 13] = [
+pub const KEYS: [(&str, &str); 14] = [
     ("Press a button, choose", "Enter, Pad Start"),
     ("To another button", "Arrows, Tab"),
     ("Pause; in menus, back", "Esc, Pad Start"),
@@ -215,12 +227,16 @@ pub const KEYS: [(&str, &str); 13] = [
     ("Guidance: by skill, all, off", "G, Pad North"),
     ("Settings", "F2"),
     ("Close what is told of files", "F4"),
+    ("Trainees and progress (in menus)", "P"),
     ("Sound on, off", "M"),
     ("This help", "H or F1"),
     ("Quit", "In a pause, or close the window"),
 ];
 
 fn read_keys(keys: Res<ButtonInput<KeyCode>>, mut flow: ResMut<GameFlow>) {
+    if flow.is_writing {
+        return;
+    }
     let phase = flow.phase;
     let any = |codes: &[KeyCode]| keys.any_just_pressed(codes.iter().copied());
     let is_help = any(&[KeyCode::KeyH, KeyCode::F1]) && phase != Phase::Preparing;
@@ -236,20 +252,24 @@ fn read_keys(keys: Res<ButtonInput<KeyCode>>, mut flow: ResMut<GameFlow>) {
         match phase {
             Phase::Title | Phase::Preparing => {}
             Phase::Choosing => flow.wish(Wish::Title),
-            Phase::Briefing | Phase::Result => flow.wish(Wish::Choose),
+            Phase::Progress | Phase::Briefing | Phase::Result => flow.wish(Wish::Choose),
             Phase::Playing => flow.wish(Wish::Pause),
             Phase::Paused => flow.wish(Wish::Play),
         }
     }
-    if any(&[KeyCode::KeyP]) && phase == Phase::Playing {
-        flow.wish(Wish::Pause);
+    if any(&[KeyCode::KeyP]) {
+        match phase {
+            Phase::Playing => flow.wish(Wish::Pause),
+            Phase::Title | Phase::Choosing => flow.wish(Wish::Progress),
+            _ => {}
+        }
     }
     if any(&[KeyCode::KeyR]) {
         match phase {
             // Beside the keys of the instrument: one slip must not cost the run.
             Phase::Playing => flow.wish(Wish::Pause),
             Phase::Paused | Phase::Result => flow.wish(Wish::Restart),
-            Phase::Title | Phase::Choosing | Phase::Preparing | Phase::Briefing => {}
+            Phase::Title | Phase::Choosing | Phase::Progress | Phase::Preparing | Phase::Briefing => {}
         }
     }
     if any(&[KeyCode::Tab]) && phase == Phase::Playing {
@@ -287,30 +307,22 @@ fn take_prepared(preparing: Option<ResMut<Preparing>>, mut flow: ResMut<GameFlow
     }
 }
 
-/// Keeps what a run came to, and goes to the debriefing.
+/// Keeps the run, and goes to the debriefing.
 fn notice_end(
     state: Res<RunState>,
-    active: Option<Res<ActiveExercise>>,
-    card: Res<ScoreCard>,
-    metrics: Res<Metrics>,
+    recorder: Option<ResMut<RunRecorder>>,
     mut history: ResMut<History>,
     mut flow: ResMut<GameFlow>,
 ) {
-    let RunState::Ended(reason) = *state else { return };
+    let RunState::Ended(_) = *state else { return };
     if !matches!(flow.phase, Phase::Playing | Phase::Paused) {
         return;
     }
     flow.phase = Phase::Result;
-    let Some(active) = active.filter(|_| metrics.steps > 0) else {
-        return;
-    };
-    let numbers = [
-        card.total,
-        card.out_of,
-        metrics.elapsed_s(),
-        metrics.value(MetricId::RemovedMass),
-    ];
-    history.add(PastRun::now(&active.name, numbers, reason));
+    history.record = None;
+    if let Some(record) = recorder.and_then(|mut recorder| recorder.take()) {
+        history.add(record);
+    }
 }
 
 fn carry_out(
@@ -331,6 +343,7 @@ fn carry_out(
     for wish in std::mem::take(&mut flow.wishes) {
         match wish {
             Wish::Title => flow.phase = Phase::Title,
+            Wish::Progress => flow.phase = Phase::Progress,
             Wish::Choose => {
                 if let Some(active) = &active {
                     catalogue.select(&active.name);
@@ -408,7 +421,7 @@ fn carry_out(
     }
 }
 
-fn turn_outside(
+pub(super) fn turn_outside(
     flow: Res<GameFlow>,
     time: Res<Time<Real>>,
     keys: Res<ButtonInput<KeyCode>>,

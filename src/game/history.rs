@@ -1,328 +1,203 @@
-//! The player's own history: what each run scored, in a small file of the user's own data folder.
-//!
-//! One JSON object a line. The file is written anew beside the old one and put in its place, so that it is always whole. Lines
-//! that are not understood are moved to `history.broken.jsonl` beside it and told; lines of a later version stay as they are.
-//! Runs without a window write nothing here.
+//! What the trainees of this machine have played: the record of each run as a file, and what it came to in a database, both in the
+//! user's own data folder. Runs without a window write nothing here.
 
 use std::{
-    fs, io,
-    io::Write,
-    path::{Path, PathBuf},
+    path::PathBuf,
+    sync::Mutex,
     time::{SystemTime, UNIX_EPOCH},
 };
 
 use bevy::prelude::*;
-use resecta_scenario::EndReason;
-use serde::{Deserialize, Serialize};
+use resecta_records::{
+    Hands, Progress, ProgressError, RecordError, RunRecord,
+    folder::RECORDS,
+    progress::{FIRST_TRAINEE, PastRun},
+};
+use thiserror::Error;
 
-/// Version of a line; a line of a later one is kept and not read.
-const VERSION: u32 = 1;
-/// Runs of an exercise that are kept besides its best.
-const LAST_RUNS: usize = 20;
-/// Name of the file.
-const FILE: &str = "history.jsonl";
-/// Where lines go that are not understood.
-const BROKEN_FILE: &str = "history.broken.jsonl";
-
-/// One run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PastRun {
-    version: u32,
-    /// Name of the exercise.
-    pub exercise: String,
-    /// Points.
-    pub score: f64,
-    /// Points at best.
-    pub out_of: f64,
-    /// Simulated time, s.
-    pub elapsed_s: f64,
-    /// Tissue removed, g.
-    pub removed_g: f64,
-    /// Whether every goal was reached.
-    pub goals_reached: bool,
-    /// When it ended, seconds since 1970.
-    pub ended_unix_s: u64,
-}
-
-impl PastRun {
-    /// A run that ends now.
-    pub fn now(exercise: &str, [score, out_of, elapsed_s, removed_g]: [f64; 4], reason: EndReason) -> Self {
-        Self {
-            version: VERSION,
-            exercise: exercise.into(),
-            score,
-            out_of,
-            elapsed_s,
-            removed_g,
-            goals_reached: reason == EndReason::GoalsReached,
-            ended_unix_s: SystemTime::now()
-                .duration_since(UNIX_EPOCH)
-                .map_or(0, |since| since.as_secs()),
-        }
-    }
-}
-
-/// The history, and where it is kept.
-#[derive(Resource, Debug, Clone, PartialEq, Default)]
+/// The runs of the present trainee, and where they are kept.
+#[derive(Resource, Debug, Default)]
 pub struct History {
+    /// None where nothing can be kept: runs are then known until the game is closed.
+    kept: Option<Mutex<Progress>>,
+    /// Who plays.
+    trainee: String,
+    /// Everybody who ever did, by name.
+    trainees: Vec<String>,
     /// In the order in which they ended.
     runs: Vec<PastRun>,
-    /// Lines of a later version, as they stand.
-    foreign: Vec<String>,
-    /// None where the system names no folder for it.
-    folder: Option<PathBuf>,
-    /// What went wrong with the file, for the player.
+    /// The record of the last run, once it is on the disk.
+    pub record: Option<PathBuf>,
+    /// What went wrong, for the player.
     pub trouble: Option<String>,
 }
 
+#[derive(Debug, Error)]
+enum KeepError {
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    #[error(transparent)]
+    Progress(#[from] ProgressError),
+}
+
 impl History {
-    /// Reads the history of this user; empty where there is none.
+    /// That of this user, with who played last; empty where there is none.
     pub fn load() -> Self {
-        match data_folder(|name| std::env::var_os(name).map(PathBuf::from)) {
-            Some(folder) => Self::load_from(folder),
-            None => Self {
-                trouble: Some("no folder for your own data is known here: scores are not kept".into()),
+        let opened = Progress::of_user().and_then(|(progress, notes)| Ok((Self::of(progress)?, notes)));
+        match opened {
+            Ok((history, notes)) => Self {
+                trouble: (!notes.is_empty()).then(|| notes.join("\n")),
+                ..history
+            },
+            Err(error) => Self {
+                trainee: FIRST_TRAINEE.into(),
+                trouble: Some(format!("scores are not kept: {error}")),
                 ..default()
             },
         }
     }
 
-    fn load_from(folder: PathBuf) -> Self {
-        let mut history = Self {
-            folder: Some(folder.clone()),
+    fn of(mut progress: Progress) -> Result<Self, ProgressError> {
+        let present = progress.present_trainee()?.unwrap_or(FIRST_TRAINEE.into());
+        let trainee = progress.set_present_trainee(&present)?;
+        Ok(Self {
+            runs: progress.runs(Some(&trainee))?,
+            trainees: progress.trainees()?,
+            kept: Some(progress.into()),
+            trainee,
             ..default()
+        })
+    }
+
+    /// Who plays.
+    pub fn trainee(&self) -> &str {
+        if self.trainee.is_empty() {
+            FIRST_TRAINEE
+        } else {
+            &self.trainee
+        }
+    }
+
+    /// Everybody who may.
+    pub fn trainees(&self) -> &[String] {
+        &self.trainees
+    }
+
+    /// Lets somebody play, who may be new. Who cannot is told in [`trouble`](Self::trouble).
+    pub fn choose(&mut self, name: &str) {
+        let Some(kept) = &mut self.kept else { return };
+        let progress = kept.get_mut().unwrap_or_else(|broken| broken.into_inner());
+        let chosen = (progress.set_present_trainee(name))
+            .and_then(|trainee| Ok((progress.runs(Some(&trainee))?, progress.trainees()?, trainee)));
+        self.trouble = None;
+        match chosen {
+            Ok((runs, trainees, trainee)) => (self.runs, self.trainees, self.trainee) = (runs, trainees, trainee),
+            Err(error) => self.trouble = Some(error.to_string()),
+        }
+    }
+
+    /// Keeps the run that ends now: its record as a file, then what it came to.
+    pub fn add(&mut self, mut record: RunRecord) {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH);
+        record.hands = Hands::Person {
+            trainee: self.trainee().into(),
+            ended_unix_s: now.map_or(0, |since| since.as_secs()),
         };
-        let file = folder.join(FILE);
-        let text = match fs::read(&file) {
-            Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return history,
+        self.record = None;
+        match self.keep(&record) {
+            Ok(run) => self.runs.push(run),
             Err(error) => {
-                // Never written over what could not be read.
-                history.folder = None;
-                history.trouble = Some(format!(
-                    "{}: cannot be read, scores are not kept: {error}",
-                    file.display()
-                ));
-                return history;
+                self.trouble = Some(format!("this run could not be kept: {error}"));
+                self.runs.push(PastRun::of_record(&record, "", 0));
             }
+        }
+    }
+
+    fn keep(&mut self, record: &RunRecord) -> Result<PastRun, KeepError> {
+        let Some(kept) = &mut self.kept else {
+            return Ok(PastRun::of_record(record, "", 0));
         };
-        let mut broken = Vec::new();
-        for line in text.lines().filter(|line| !line.trim().is_empty()) {
-            match read_line(line) {
-                Line::Run(run) => history.runs.push(run),
-                Line::Later => history.foreign.push(line.to_owned()),
-                Line::Broken => broken.push(line),
-            }
-        }
-        if !broken.is_empty() {
-            history.put_aside(&folder.join(BROKEN_FILE), &broken);
-        }
-        history
+        let progress = kept.get_mut().unwrap_or_else(|broken| broken.into_inner());
+        let folder = progress.file().with_file_name(RECORDS);
+        let (file, identity) = record.save_into(&folder)?;
+        let name = file.file_name().map(|name| name.to_string_lossy().into_owned());
+        let run = PastRun {
+            record: name,
+            ..PastRun::of_record(record, &identity, 0)
+        };
+        progress.add(std::slice::from_ref(&run))?;
+        self.record = Some(file);
+        Ok(run)
     }
 
-    /// Moves lines that are not understood to a file of their own.
-    fn put_aside(&mut self, aside: &Path, broken: &[&str]) {
-        let text = format!("{}\n", broken.join("\n"));
-        let kept = (fs::OpenOptions::new().create(true).append(true).open(aside))
-            .and_then(|mut file| file.write_all(text.as_bytes()).and_then(|()| file.sync_all()))
-            .and_then(|()| self.write());
-        self.trouble = Some(match kept {
-            Ok(()) => format!(
-                "{} of your history could not be read; kept in {}",
-                if broken.len() == 1 {
-                    "a line".to_owned()
-                } else {
-                    format!("{} lines", broken.len())
-                },
-                aside.display()
-            ),
-            Err(error) => {
-                self.folder = None;
-                format!("{}: cannot be written, scores are not kept: {error}", aside.display())
-            }
-        });
+    /// The runs of the present trainee, the latest last.
+    pub fn runs(&self) -> &[PastRun] {
+        &self.runs
     }
 
-    /// Adds a run and writes the file.
-    pub fn add(&mut self, run: PastRun) {
-        self.runs.push(run);
-        self.forget_old();
-        if let Err(error) = self.write() {
-            self.trouble = Some(format!("this score could not be kept: {error}"));
-        }
-    }
-
-    /// The runs of an exercise, the latest last.
-    pub fn of(&self, exercise: &str) -> impl DoubleEndedIterator<Item = &PastRun> {
+    /// Those of an exercise, the latest last.
+    pub fn of_exercise(&self, exercise: &str) -> impl DoubleEndedIterator<Item = &PastRun> {
         self.runs.iter().filter(move |run| run.exercise == exercise)
     }
 
     /// The best run of an exercise, the first of equals.
     pub fn best(&self, exercise: &str) -> Option<&PastRun> {
         let better = |a: &PastRun, b: &PastRun| b.score > a.score;
-        self.of(exercise).reduce(|a, b| if better(a, b) { b } else { a })
+        self.of_exercise(exercise)
+            .reduce(|a, b| if better(a, b) { b } else { a })
     }
 
-    /// Whether nothing was ever played.
+    /// Whether this trainee never played.
     pub fn is_empty(&self) -> bool {
         self.runs.is_empty()
     }
-
-    /// Leaves of each exercise its best and its last runs.
-    fn forget_old(&mut self) {
-        let runs = &self.runs;
-        let keep: Vec<bool> = (runs.iter().enumerate())
-            .map(|(index, run)| {
-                let later = runs[index + 1..].iter().filter(|other| other.exercise == run.exercise);
-                later.count() < LAST_RUNS || self.best(&run.exercise).is_some_and(|best| std::ptr::eq(best, run))
-            })
-            .collect();
-        let mut keep = keep.into_iter();
-        self.runs.retain(|_| keep.next().unwrap_or(true));
-    }
-
-    fn write(&self) -> io::Result<()> {
-        let Some(folder) = &self.folder else { return Ok(()) };
-        fs::create_dir_all(folder)?;
-        let mut text = String::new();
-        for run in &self.runs {
-            text.push_str(&serde_json::to_string(run)?);
-            text.push('\n');
-        }
-        for line in &self.foreign {
-            text.push_str(line);
-            text.push('\n');
-        }
-        // Another game may write at the same time: each to a file of its own name.
-        let temporary = folder.join(format!("{FILE}.{}.tmp", std::process::id()));
-        let mut file = fs::File::create(&temporary)?;
-        file.write_all(text.as_bytes())?;
-        file.sync_all()?;
-        fs::rename(&temporary, folder.join(FILE))
-    }
-}
-
-enum Line {
-    Run(PastRun),
-    Later,
-    Broken,
-}
-
-fn read_line(line: &str) -> Line {
-    #[derive(Deserialize)]
-    struct Versioned {
-        version: u32,
-    }
-    match serde_json::from_str::<Versioned>(line) {
-        Ok(Versioned { version }) if version > VERSION => Line::Later,
-        _ => match serde_json::from_str::<PastRun>(line) {
-            Ok(run) if run.score.is_finite() && run.out_of.is_finite() => Line::Run(run),
-            _ => Line::Broken,
-        },
-    }
-}
-
-/// Where a program keeps its user's data, by the system's own rules.
-fn data_folder(variable: impl Fn(&str) -> Option<PathBuf>) -> Option<PathBuf> {
-    let absolute = |name| variable(name).filter(|path| path.is_absolute());
-    let base = if cfg!(target_os = "windows") {
-        absolute("APPDATA")
-    } else if cfg!(target_os = "macos") {
-        absolute("HOME").map(|home| home.join("Library/Application Support"))
-    } else {
-        absolute("XDG_DATA_HOME").or_else(|| absolute("HOME").map(|home| home.join(".local/share")))
-    };
-    base.map(|base| base.join("resecta"))
 }
 
 #[cfg(test)]
 mod tests {
+    use resecta_records::progress::DATABASE;
+
     use super::*;
 
-    fn run(exercise: &str, score: f64) -> PastRun {
-        PastRun::now(exercise, [score, 100.0, 60.0, 1.5], EndReason::GoalsReached)
-    }
-
-    #[test]
-    fn what_was_kept_is_read_again() {
-        let folder = tempfile::tempdir().unwrap();
-        let place = folder.path().join("deep/resecta");
-        let mut history = History::load_from(place.clone());
-        assert!(history.is_empty() && history.trouble.is_none());
-        for score in [40.0, 70.0, 55.0] {
-            history.add(run("first_cuts", score));
-        }
-        history.add(run("other", 90.0));
-        assert_eq!(history.trouble, None);
-        let again = History::load_from(place);
-        assert_eq!(again, history);
-        assert_eq!(again.best("first_cuts").unwrap().score, 70.0);
-        assert_eq!(again.of("first_cuts").count(), 3);
-        assert!(again.best("third").is_none());
-    }
-
-    #[test]
-    fn broken_lines_are_kept_aside_and_told_and_later_ones_stay() {
-        let folder = tempfile::tempdir().unwrap();
-        let place = folder.path().to_owned();
-        History::load_from(place.clone()).add(run("first_cuts", 40.0));
-        let file = place.join(FILE);
-        let later = "{\"version\":2,\"exercise\":7}";
-        let text = fs::read_to_string(&file).unwrap();
-        fs::write(&file, format!("{{half a li\n{later}\n{text}")).unwrap();
-
-        let mut history = History::load_from(place.clone());
-        assert_eq!(history.of("first_cuts").count(), 1);
-        assert!(history.trouble.as_deref().unwrap().contains("a line of your history"));
-        assert_eq!(fs::read_to_string(place.join(BROKEN_FILE)).unwrap(), "{half a li\n");
-        history.add(run("first_cuts", 50.0));
-        let text = fs::read_to_string(&file).unwrap();
-        assert!(text.contains(later) && !text.contains("half a li"), "{text}");
-        // Told once: the next start finds a whole file.
-        assert_eq!(History::load_from(place).trouble, None);
-    }
-
-    #[test]
-    fn the_best_run_outlives_the_last_ones() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut history = History::load_from(folder.path().to_owned());
-        history.add(run("first_cuts", 99.0));
-        for _ in 0..30 {
-            history.add(run("first_cuts", 10.0));
-        }
-        assert_eq!(history.of("first_cuts").count(), LAST_RUNS + 1);
-        assert_eq!(history.best("first_cuts").unwrap().score, 99.0);
-    }
-
-    #[test]
-    fn a_file_that_cannot_be_written_is_told_and_costs_nothing_else() {
-        let folder = tempfile::tempdir().unwrap();
-        let place = folder.path().join("a file");
-        fs::write(&place, "").unwrap();
-        let mut history = History {
-            folder: Some(place),
-            ..default()
-        };
-        history.add(run("first_cuts", 40.0));
-        assert!(history.trouble.is_some());
-        assert_eq!(history.of("first_cuts").count(), 1);
-    }
-
-    #[test]
-    #[cfg(target_os = "linux")]
-    fn the_folder_is_the_users_own() {
-        let folder = |xdg: Option<&str>, home: Option<&str>| {
-            data_folder(|name| match name {
-                "XDG_DATA_HOME" => xdg.map(PathBuf::from),
-                "HOME" => home.map(PathBuf::from),
-                _ => None,
-            })
-        };
-        assert_eq!(folder(Some("/data"), Some("/home/me")), Some("/data/resecta".into()));
-        assert_eq!(
-            folder(Some("relative"), Some("/home/me")),
-            Some("/home/me/.local/share/resecta".into())
+    fn run(identity: &str, score: f64) -> PastRun {
+        let json = format!(
+            r#"{{"identity":"{identity}","trainee":"Anna","exercise":"first_cuts","title":"First cuts","exercise_hash":"",
+            "case":"","version":"","ended":null,"ended_unix_s":{score},"steps":1,"elapsed_s":1.0,"score":{score}.0,
+            "out_of":100.0,"medal":null,"metrics":{{}}}}"#
         );
-        assert_eq!(folder(None, None), None);
+        serde_json::from_str(&json).unwrap()
+    }
+
+    #[test]
+    fn each_trainee_has_runs_of_their_own_and_who_played_last_plays_next() {
+        let folder = tempfile::tempdir().unwrap();
+        let open = || History::of(Progress::open(&folder.path().join(DATABASE)).unwrap()).unwrap();
+        let mut history = open();
+        assert_eq!(history.trainee(), FIRST_TRAINEE);
+        let progress = history.kept.as_mut().unwrap().get_mut().unwrap();
+        progress.add(&[run("a", 40.0), run("b", 70.0), run("c", 55.0)]).unwrap();
+        assert!(history.is_empty());
+        history.choose("anna");
+        assert_eq!(
+            (history.trainee(), history.of_exercise("first_cuts").count()),
+            ("Anna", 3)
+        );
+        assert_eq!(history.best("first_cuts").unwrap().score, 70.0);
+        assert!(history.best("other").is_none());
+        drop(history);
+
+        let mut history = open();
+        assert_eq!((history.trainee(), history.runs().len()), ("Anna", 3));
+        history.choose(" ");
+        assert!(
+            history
+                .trouble
+                .as_deref()
+                .is_some_and(|words| words.contains("is no name"))
+        );
+        assert_eq!(history.trainee(), "Anna");
+        history.choose("Ben");
+        assert!(history.is_empty() && history.trouble.is_none());
+        assert_eq!(history.trainees(), ["Anna", "Ben", FIRST_TRAINEE]);
     }
 }

@@ -53,7 +53,7 @@ impl ViewLayout {
     }
 
     /// Places of endoscope and outside view in an area of this size, physical pixels; none for one that is not shown.
-    fn places(self, area: UVec2) -> [Option<URect>; 2] {
+    pub(super) fn places(self, area: UVec2) -> [Option<URect>; 2] {
         let all = URect::from_corners(UVec2::ZERO, area.max(UVec2::splat(SMALLEST)));
         match self {
             ViewLayout::Endoscope => [Some(all), None],
@@ -80,7 +80,11 @@ impl ViewLayout {
     }
 }
 
-fn add_cameras(adapter: Res<RenderAdapterInfo>, mut settings: ResMut<EguiGlobalSettings>, mut commands: Commands) {
+pub(super) fn add_cameras(
+    adapter: Res<RenderAdapterInfo>,
+    mut settings: ResMut<EguiGlobalSettings>,
+    mut commands: Commands,
+) {
     settings.auto_create_primary_context = false;
     let msaa = smoothing(&adapter);
     commands.spawn((endoscope_camera(), msaa));
@@ -145,7 +149,7 @@ fn arrange(
             [None, Some(URect::from_corners(UVec2::new(left, 0), area))]
         }
         // Screens of their own, that cover all.
-        Phase::Choosing | Phase::Preparing | Phase::Result => [None, None],
+        Phase::Choosing | Phase::Progress | Phase::Preparing | Phase::Result => [None, None],
         Phase::Briefing | Phase::Playing | Phase::Paused => layout.places(area),
     };
     for mut camera in &mut endoscopes {
@@ -156,7 +160,7 @@ fn arrange(
     }
 }
 
-fn place(camera: &mut Mut<Camera>, place: Option<URect>) {
+pub(super) fn place(camera: &mut Mut<Camera>, place: Option<URect>) {
     if camera.is_active != place.is_some() {
         camera.is_active = place.is_some();
     }

@@ -6,7 +6,8 @@
 //! | the title | `title.rs` |
 //! | choosing an exercise, and its picture | `choose.rs`, `catalogue.rs`, `sketch.rs` |
 //! | files that change while the game runs | `reload.rs` |
-//! | the player's own scores | `history.rs` |
+//! | who plays, their records and scores | `history.rs` |
+//! | choosing who plays, and learning curves | `progress.rs` |
 //! | which view is where in the window | `layout.rs` |
 //! | the panel at the side | `panel.rs` |
 //! | what lies over the views: briefing, pause, help, warnings | `overlay.rs` |
@@ -16,6 +17,7 @@
 //! | colours | `palette.rs` |
 //! | sizes, buttons, the keyboard's focus | `menu.rs` |
 //! | pictures of key moments | `moments.rs` |
+//! | records played again, with a ghost | `replay/` |
 //! | how fast it runs | `pace.rs` |
 //! | how finely it is drawn where that is too slow | `fineness.rs` |
 //! | pictures of all of it | `gallery/` |
@@ -39,7 +41,9 @@ mod overlay;
 mod pace;
 mod palette;
 mod panel;
+mod progress;
 mod reload;
+mod replay;
 mod settings;
 mod sketch;
 mod sound;
@@ -50,7 +54,7 @@ mod tutorial;
 use std::path::PathBuf;
 
 use bevy::{
-    app::Plugins,
+    app::{PluginGroupBuilder, Plugins},
     log::LogPlugin,
     prelude::*,
     render::RenderPlugin,
@@ -58,6 +62,7 @@ use bevy::{
 };
 use bevy_egui::EguiPlugin;
 use resecta_instrument::LiveInput;
+use resecta_records::{RecordError, RecorderPlugin};
 use resecta_scenario::{ExerciseError, Extensions, Library, RunLog};
 use thiserror::Error;
 
@@ -71,6 +76,7 @@ pub use display::NoDisplay;
 pub use flow::{GameFlow, Phase};
 pub use gallery::GalleryError;
 pub use layout::ViewLayout;
+pub use replay::{ReplayOptions, replay};
 pub use settings::{KeptSettings, Settings, SettingsError, SettingsFile, SettingsPage, SettingsPlugin, SoundSettings};
 pub use sound::{SoundDevice, SoundOutput};
 
@@ -96,6 +102,19 @@ pub enum GameError {
     /// The exercise is at fault.
     #[error(transparent)]
     Exercise(#[from] ExerciseError),
+    /// A record that is to be shown is at fault.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The ghost's run was on another gland.
+    #[error("{}: a run on another gland ({ghost}), which can be no ghost beside one on {shown}", file.display())]
+    OtherGland {
+        /// The ghost's record.
+        file: PathBuf,
+        /// Its case.
+        ghost: String,
+        /// The case that is shown.
+        shown: String,
+    },
     /// A picture of the gallery is missing.
     #[error(transparent)]
     Gallery(#[from] GalleryError),
@@ -143,6 +162,28 @@ pub fn gallery(folder: PathBuf) -> Result<Vec<PathBuf>, GameError> {
     Ok(outcome.unwrap_or(Err(GalleryError::Closed))?)
 }
 
+/// Bevy's own plugins, with a window of this title.
+fn in_window(title: String, waits_for_shaders: bool) -> PluginGroupBuilder {
+    DefaultPlugins
+        .set(WindowPlugin {
+            primary_window: Some(Window {
+                title,
+                resolution: WindowResolution::new(1280, 720),
+                present_mode: PresentMode::AutoVsync,
+                ..default()
+            }),
+            ..default()
+        })
+        .set(RenderPlugin {
+            synchronous_pipeline_compilation: waits_for_shaders,
+            ..default()
+        })
+        .set(LogPlugin {
+            filter: "warn,wgpu_hal=error".into(),
+            ..default()
+        })
+}
+
 /// The game, ready to run.
 fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) -> Result<App, GameError> {
     display::check()?;
@@ -168,25 +209,8 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
     };
 
     app.add_plugins((
-        DefaultPlugins
-            .set(WindowPlugin {
-                primary_window: Some(Window {
-                    title,
-                    resolution: WindowResolution::new(1280, 720),
-                    present_mode: PresentMode::AutoVsync,
-                    ..default()
-                }),
-                ..default()
-            })
-            .set(RenderPlugin {
-                // Who waits for pictures waits for shaders.
-                synchronous_pipeline_compilation: matches!(player, Player::Nobody),
-                ..default()
-            })
-            .set(LogPlugin {
-                filter: "warn,wgpu_hal=error".into(),
-                ..default()
-            }),
+        // Who waits for pictures waits for shaders.
+        in_window(title, matches!(player, Player::Nobody)),
         EguiPlugin::default(),
         ResectaPlugins,
         ViewPlugin,
@@ -198,7 +222,7 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
             panel::plugin,
             overlay::plugin,
             title::plugin,
-            choose::plugin,
+            (choose::plugin, progress::plugin, RecorderPlugin),
             tutorial::plugin,
             moments::plugin,
             debrief::plugin,

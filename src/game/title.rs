@@ -56,6 +56,10 @@ fn show(
         if is_new && menu::sized_button(ui, "Choose an exercise", BUTTON, false).clicked() {
             flow.wish(Wish::Choose);
         }
+        let who = format!("{}: trainees and progress", history.trainee());
+        if menu::sized_button(ui, who, BUTTON, false).clicked() {
+            flow.wish(Wish::Progress);
+        }
         if menu::sized_button(ui, "Keys and how to cut", BUTTON, false).clicked() {
             flow.wish(Wish::Help);
         }

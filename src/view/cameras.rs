@@ -51,6 +51,8 @@ pub struct OutsideCamera {
     pub along_deg: f32,
     /// Distance as a share of the one that shows all, 0.2 to 2.
     pub distance: f32,
+    /// How far what is looked at lies to the right and above the middle of the gland as the camera sees it, mm, -80 to 80.
+    pub aside_mm: Vec2,
 }
 
 impl Default for OutsideCamera {
@@ -60,6 +62,7 @@ impl Default for OutsideCamera {
             round_deg: 14.0,
             along_deg: -12.0,
             distance: 1.0,
+            aside_mm: Vec2::ZERO,
         }
     }
 }
@@ -74,6 +77,11 @@ impl OutsideCamera {
     /// Goes nearer (factor below 1) or farther, within the limits.
     pub fn approach(&mut self, factor: f32) {
         self.distance = (self.distance * factor).clamp(0.2, 2.0);
+    }
+
+    /// Looks at something else, by mm to the right and up, within the limits.
+    pub fn move_aside(&mut self, by_mm: Vec2) {
+        self.aside_mm = (self.aside_mm + by_mm).clamp(Vec2::splat(-80.0), Vec2::splat(80.0));
     }
 
     /// Unit direction from the gland to the camera.
@@ -165,7 +173,9 @@ fn go_round(active: Option<Res<ActiveExercise>>, mut cameras: Query<(&Camera, &O
         } else {
             Vec3::NEG_Y
         };
-        *transform = Transform::from_translation(centre + outside.direction() * distance).looking_at(centre, up);
+        let there = Transform::from_translation(centre + outside.direction() * distance).looking_at(centre, up);
+        let aside = there.right() * outside.aside_mm.x + there.up() * outside.aside_mm.y;
+        *transform = there.with_translation(there.translation + aside);
     }
 }
 

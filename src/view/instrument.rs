@@ -1,4 +1,4 @@
-//! The instrument's body: sheath, beak, telescope and the loop that slides.
+//! The instrument's body: sheath, beak, telescope and the loop that slides; and the ghost of another run's.
 
 use bevy::{
     camera::visibility::{NoFrustumCulling, RenderLayers},
@@ -10,7 +10,7 @@ use super::{
     ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems,
     between::Drawn,
     both_layers,
-    material::{Look, ViewMaterial},
+    material::{Cover, Look, ViewMaterial},
     palette, shapes,
 };
 
@@ -19,8 +19,23 @@ const ARM_SPARE_MM: f32 = 10.0;
 
 pub fn plugin(app: &mut App) {
     app.add_systems(Update, add_bodies.in_set(ViewSystems::Dress))
+        .add_systems(Update, place_ghosts.in_set(ViewSystems::Place))
         .add_systems(Update, move_loops.in_set(ViewSystems::Follow));
 }
+
+/// The instrument of another run: seen through, and touching nothing. The endoscope shows its loop alone, for its sheath may be
+/// around the lens.
+#[derive(Component, Debug, Clone, PartialEq)]
+#[require(Transform, Visibility)]
+pub struct Ghost {
+    /// Where it enters, and its size.
+    pub scope: Resectoscope,
+    /// Where it is.
+    pub state: InstrumentState,
+}
+
+/// How much of a ghost is seen.
+const GHOST_SHARE: f32 = 0.38;
 
 /// The loop with its arms: what moves with the stroke.
 #[derive(Component)]
@@ -35,21 +50,38 @@ struct SlidingLoop {
 struct HasBody;
 
 fn add_bodies(
-    instruments: Query<(Entity, &Resectoscope), Without<HasBody>>,
+    instruments: Query<
+        (Entity, Option<&Resectoscope>, Option<&Ghost>),
+        (Without<HasBody>, Or<(With<Resectoscope>, With<Ghost>)>),
+    >,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<ViewMaterial>>,
     mut commands: Commands,
 ) {
-    for (instrument, scope) in &instruments {
+    for (instrument, scope, ghost) in &instruments {
+        let Some(scope) = scope.or(ghost.map(|ghost| &ghost.scope)) else {
+            continue;
+        };
+        let is_ghost = ghost.is_some();
         let geometry = &scope.geometry;
-        let mut material = |colour, gloss, sharpness| {
+        let mut material = |colour: LinearRgba, gloss, sharpness| {
             let look = Look {
-                colour,
+                colour: if is_ghost {
+                    palette::GHOST.with_alpha(GHOST_SHARE)
+                } else {
+                    colour
+                },
                 gloss,
                 sharpness,
+                glow: if is_ghost { 0.35 } else { 0.0 },
                 ..default()
             };
-            [look.clone().under_lamp(), look].map(|look| materials.add(ViewMaterial::from(look)))
+            [look.clone().under_lamp(), look].map(|look| {
+                materials.add(ViewMaterial {
+                    cover: if is_ghost { Cover::Among } else { Cover::Opaque },
+                    ..look.into()
+                })
+            })
         };
         let steel = material(palette::STEEL, 0.8, 40.0);
         let black = material(palette::BEAK, 0.35, 25.0);
@@ -63,6 +95,9 @@ fn add_bodies(
                 let mut part = |mesh: Mesh, [inside, outside]: &[Handle<ViewMaterial>; 2]| {
                     let mesh = meshes.add(mesh);
                     for (material, layer) in [(inside, ENDOSCOPE_LAYER), (outside, OUTSIDE_LAYER)] {
+                        if is_ghost && layer == ENDOSCOPE_LAYER {
+                            continue;
+                        }
                         body.spawn((
                             Mesh3d(mesh.clone()),
                             MeshMaterial3d(material.clone()),
@@ -112,22 +147,34 @@ fn add_bodies(
     }
 }
 
+fn place_ghosts(mut ghosts: Query<(&Ghost, &mut Transform)>) {
+    for (ghost, mut transform) in &mut ghosts {
+        transform.set_if_neq(Transform::from_isometry(ghost.scope.sheath_pose(&ghost.state)));
+    }
+}
+
 /// Slides the loops and lets the wire glow under current.
 fn move_loops(
     instruments: Query<Drawn>,
+    ghosts: Query<&Ghost>,
     mut loops: Query<(&SlidingLoop, &mut Transform)>,
     mut materials: ResMut<Assets<ViewMaterial>>,
 ) {
     for (sliding, mut transform) in &mut loops {
-        let Ok(instrument) = instruments.get(sliding.instrument) else {
+        let ghost = ghosts.get(sliding.instrument).ok().map(|ghost| &ghost.state);
+        let instrument = instruments.get(sliding.instrument);
+        let Some(state) = ghost.or(instrument.as_ref().ok().map(|instrument| instrument.get().1)) else {
             continue;
         };
-        let (_, state) = instrument.get();
         transform.translation = Vec3::NEG_Z * state.stroke_mm;
+        let (off, off_glow) = match ghost {
+            Some(_) => (palette::GHOST.with_alpha(GHOST_SHARE), 0.35),
+            None => (palette::STEEL, 0.0),
+        };
         let (colour, glow) = match state {
             InstrumentState { cut: true, .. } => (palette::CUTTING, 0.9),
             InstrumentState { coagulate: true, .. } => (palette::COAGULATING, 0.6),
-            _ => (palette::STEEL, 0.0),
+            _ => (off, off_glow),
         };
         for wire in &sliding.wire {
             let is_same = materials

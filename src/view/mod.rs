@@ -20,7 +20,7 @@
 //! | colours of the gland, the marked part | `gland.rs` |
 //! | the verumontanum as a mound | `mound.rs` |
 //! | the section of the outside view | `sections.rs` |
-//! | the instrument's body | `instrument.rs` |
+//! | the instrument's body, and the ghost of another run's | `instrument.rs` |
 //! | bladder, urethra, landmarks | `surroundings.rs` |
 //! | pictures as files | `pictures.rs` |
 
@@ -48,6 +48,7 @@ use bevy::{camera::visibility::RenderLayers, prelude::*};
 pub use adapter::{NoAdapter, adapter_available};
 pub use between::DrawBetweenSteps;
 pub use cameras::{EndoscopeCamera, OutsideCamera, endoscope_camera, outside_camera};
+pub use instrument::Ghost;
 pub use material::{Anatomy, Cover, Look, Surface, ViewMaterial};
 pub(crate) use pictures::save_picture;
 pub use pictures::{PICTURE_SIZE, PictureError, Pictures, PicturesPlugin, finish_pictures};

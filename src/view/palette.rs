@@ -44,6 +44,8 @@ pub const STEEL: LinearRgba = LinearRgba::new(0.50, 0.52, 0.55, 1.0);
 pub const BEAK: LinearRgba = LinearRgba::new(0.030, 0.030, 0.034, 1.0);
 /// Insulation of the loop's arms.
 pub const INSULATION: LinearRgba = LinearRgba::new(0.62, 0.55, 0.25, 1.0);
+/// The instrument of another run: a colour that neither tissue nor steel has.
+pub const GHOST: LinearRgba = LinearRgba::new(0.22, 0.78, 0.62, 1.0);
 /// The wire under the cutting current.
 pub const CUTTING: LinearRgba = LinearRgba::new(1.0, 0.42, 0.06, 1.0);
 /// The wire under the coagulating current.

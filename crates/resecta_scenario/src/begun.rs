@@ -4,6 +4,7 @@ use bevy::math::DVec3;
 use resecta_anatomy::Landmarks;
 use resecta_solver::LoopPose;
 use resecta_tissue::{LoopStroke, Tissue, Tool};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -23,17 +24,19 @@ const STEP_MM: f64 = 2.0;
 
 /// How far the operation has come when the exercise begins. What is gone then counts for no metric, and shares are shares of what
 /// is left.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Begun {
     /// Trenches in the wall of the urethra, at most 32. Default: none.
     #[serde(default)]
+    #[schemars(length(max = 32))]
     pub trenches: Vec<Trench>,
     /// Whether the vessels that they opened bleed, or were closed. Default true. Without `models.water.bleeding` there are none.
     #[serde(default = "yes")]
     pub bleeding: bool,
     /// Share of blood in the water, 0 to 1. Default 0; more needs `models.water.turbidity`.
     #[serde(default)]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub blood_in_water: f64,
 }
 
@@ -42,16 +45,19 @@ fn yes() -> bool {
 }
 
 /// A trench along the urethra, half an ellipse across.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Trench {
     /// Hour on the clock face at which it is deepest, 0 to 12.
+    #[schemars(range(min = 0.0, max = 12.0), extend("x-unit" = "h"))]
     pub hour: f64,
     /// Heights from its end nearer to the apex to the other.
     pub height: HeightRange,
     /// Depth below the wall of the urethra, mm, 1 to 40.
+    #[schemars(range(min = 1.0, max = 40.0))]
     pub depth_mm: f64,
     /// Width at the wall, mm, 2 to 40.
+    #[schemars(range(min = 2.0, max = 40.0))]
     pub width_mm: f64,
 }
 

@@ -90,7 +90,11 @@ pub struct GoalState {
 impl ScoreCard {
     /// The score of an exercise at these metrics.
     pub fn new(exercise: &Exercise, metrics: &Metrics) -> Self {
-        let value = |metric| metrics.value(metric);
+        Self::of_values(exercise, |metric| metrics.value(metric))
+    }
+
+    /// The score of an exercise where each metric has the value that `value` tells.
+    pub fn of_values(exercise: &Exercise, value: impl Fn(MetricId) -> f64 + Copy) -> Self {
         let lines: Vec<ScoreLine> = exercise.scoring.iter().map(|rule| rule.line(value)).collect();
         let total = lines.iter().map(|line| line.points).sum();
         Self {

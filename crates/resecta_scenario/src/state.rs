@@ -1,7 +1,7 @@
 //! Where a run stands, and what scenarios listen to.
 
 use bevy::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Whether the exercise is being introduced, played, or over. Metrics are taken only while it runs; whoever drives the
 /// app (a player's key, the headless runner) sets it to `Running`, and may end it.
@@ -18,7 +18,7 @@ pub enum RunState {
 }
 
 /// Why a run ended.
-#[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EndReason {
     /// Every goal was reached.

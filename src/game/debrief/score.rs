@@ -185,7 +185,7 @@ fn own_runs(ui: &mut Ui, exercise: &str, history: &History) {
         .num_columns(4)
         .spacing([18.0, 4.0])
         .show(ui, |ui| {
-            for (number, run) in history.of(exercise).rev().take(RUNS).enumerate() {
+            for (number, run) in history.of_exercise(exercise).rev().take(RUNS).enumerate() {
                 let is_best = best.is_some_and(|best| std::ptr::eq(best, run));
                 let name = match number {
                     0 => "This run".to_owned(),
@@ -200,5 +200,10 @@ fn own_runs(ui: &mut Ui, exercise: &str, history: &History) {
         });
     if let Some(trouble) = &history.trouble {
         ui.label(RichText::new(trouble).color(palette::CAREFUL));
+    }
+    if let Some(record) = &history.record {
+        ui.add_space(4.0);
+        let words = format!("Kept as {} (`resecta replay` shows it again)", record.display());
+        ui.label(RichText::new(words).size(12.5).color(palette::WEAK));
     }
 }

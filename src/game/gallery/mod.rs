@@ -22,6 +22,7 @@ use bevy::{
 };
 use bevy_egui::PrimaryEguiContext;
 use resecta_instrument::{InstrumentScript, InstrumentSource, Resectoscope, ScriptError};
+use resecta_records::{Hands, record_run};
 use resecta_scenario::{ActiveExercise, Metrics};
 use thiserror::Error;
 
@@ -231,6 +232,8 @@ fn hand_over(world: &mut World, script: &Path) -> Result<bool, ScriptError> {
     let script = InstrumentScript::load(script, &scope.limits)?;
     if let Some(instrument) = instrument {
         world.entity_mut(instrument).insert(InstrumentSource::Script(script));
+        // Placed anew, it is recorded anew.
+        record_run(world, Hands::Script(String::new()));
     }
     Ok(true)
 }

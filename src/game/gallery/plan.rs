@@ -109,6 +109,7 @@ pub fn deeds() -> VecDeque<Deed> {
         deeds.extend([Deed::Debrief(page), Deed::Picture(name)]);
     }
     deeds.extend([Deed::Wish(Wish::Choose), Deed::Picture("choose")]);
+    deeds.extend([Deed::Wish(Wish::Progress), Deed::Picture("progress")]);
     deeds
 }
 

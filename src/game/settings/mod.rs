@@ -185,7 +185,7 @@ pub(super) fn keys(
                     flow.wish(debrief::after(reason));
                 }
             }
-            Phase::Title | Phase::Choosing | Phase::Preparing => {}
+            Phase::Title | Phase::Choosing | Phase::Progress | Phase::Preparing => {}
         }
     }
     if pad(GamepadButton::Select) {

@@ -23,6 +23,7 @@ use bevy_egui::{
 use resecta_sound::SoundState;
 
 use super::{
+    flow::GameFlow,
     overlay::shadowed,
     palette::CAREFUL,
     settings::{self, KeptSettings},
@@ -122,13 +123,14 @@ fn mute(
     keys: Res<ButtonInput<KeyCode>>,
     time: Res<Time<Real>>,
     output: Res<SoundOutput>,
+    flow: Option<Res<GameFlow>>,
     mut kept: ResMut<KeptSettings>,
     mut told: ResMut<Told>,
 ) {
     if told.left_s > 0.0 {
         told.left_s -= time.delta_secs();
     }
-    if !keys.just_pressed(KEY) {
+    if !keys.just_pressed(KEY) || flow.is_some_and(|flow| flow.is_writing) {
         return;
     }
     told.left_s = TOLD_S;
