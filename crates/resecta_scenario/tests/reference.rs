@@ -234,6 +234,7 @@ fn every_number_has_a_unit_or_is_a_mere_number() {
     let bare = [
         &bare[..],
         &[
+            "blood_in_water",
             "silver",
             "sphincter_injuries",
             "to",
