@@ -1,13 +1,11 @@
 //! What a record holds, and how it is read and written.
 
 use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::{self, Read},
+    path::{Path, PathBuf},
     sync::Arc,
-    {
-        collections::BTreeMap,
-        fs::File,
-        io::{self, Read},
-        path::{Path, PathBuf},
-    },
 };
 
 use resecta_anatomy::Case;
