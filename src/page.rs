@@ -4,12 +4,13 @@
 use std::fmt::Write;
 
 use plotters::prelude::*;
-use resecta_scenario::{CutMap, LogSample, Medal, Report, RunLog};
+use resecta_scenario::{ActiveExercise, CutMap, LogSample, Medal, Report, RunLog};
+use resecta_tissue::Tissue;
 
 /// Height of a row of the map, mm, and its columns: a quarter of an hour each.
-pub const ROW_MM: f64 = 2.0;
+const ROW_MM: f64 = 2.0;
 /// As of [`ROW_MM`].
-pub const COLUMNS: usize = 48;
+const COLUMNS: usize = 48;
 
 /// Width and height of a curve and of the map, px.
 const CURVE: (u32, u32) = (760, 180);
@@ -20,6 +21,11 @@ const STYLE: &str = "body{font:15px/1.45 sans-serif;max-width:50em;margin:2em au
     th,td{text-align:left;padding:.25em .8em .25em 0;border-bottom:1px solid #d8dde0;vertical-align:top}\
     td.n{text-align:right;white-space:nowrap}small{color:#5a646b}svg{width:100%;height:auto}\
     @media print{body{margin:0;max-width:none}h2,tr,svg{break-inside:avoid}}";
+
+/// The map of what was cut, as the page shows it.
+pub fn map_of(active: &ActiveExercise, tissue: &Tissue) -> CutMap {
+    CutMap::of_exercise(active, tissue.solver(), ROW_MM, COLUMNS)
+}
 
 /// A value over time.
 struct Curve {
@@ -294,7 +300,7 @@ mod tests {
         let world = trial.app.world();
         let active = world.resource::<ActiveExercise>();
         let tissue = world.get::<Tissue>(active.tissue).unwrap();
-        let map = CutMap::new(tissue.solver(), &active.walls, &active.marked, ROW_MM, COLUMNS);
+        let map = map_of(active, tissue);
         let said = advice(world.resource(), world.resource(), 3);
         page(&trial.report(), world.resource(), &map, &said)
     }

@@ -17,7 +17,7 @@ use resecta::{
     page,
     players::{self, Player, PlayersPlugin},
     records::{self, RecorderPlugin, RunRecorder},
-    scenario::{ActiveExercise, CutMap, EndReason, LoadedExercise, PreparedExercise, Report, RunLog, Trace, advice},
+    scenario::{ActiveExercise, EndReason, LoadedExercise, PreparedExercise, Report, RunLog, Trace, advice},
     tissue::{Tissue, TissueDiagnostics},
     view::{Pictures, PicturesPlugin, adapter_available, finish_pictures},
 };
@@ -234,13 +234,7 @@ fn write_results(out: &Path, world: &World, report: &Report) -> Result<(), Failu
     let active = world.resource::<ActiveExercise>();
     files::write(&out.join("report.json"), report.to_json())?;
     if let Some(tissue) = world.get::<Tissue>(active.tissue) {
-        let map = CutMap::new(
-            tissue.solver(),
-            &active.walls,
-            &active.marked,
-            page::ROW_MM,
-            page::COLUMNS,
-        );
+        let map = page::map_of(active, tissue);
         let said = advice(world.resource(), world.resource(), ADVICE);
         let page = page::page(report, world.resource(), &map, &said);
         files::write(&out.join("report.html"), page)?;

@@ -1,6 +1,9 @@
 //! The exercise in play, and how it gets into the world.
 
-use std::{collections::BTreeSet, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 use bevy::prelude::*;
 use resecta_anatomy::Case;
@@ -43,6 +46,8 @@ pub struct ActiveExercise {
     pub marked: MarkedRegion,
     /// The tissue below the verumontanum, which nobody cuts.
     pub distal: MarkedRegion,
+    /// What each pentahedron had lost before the start, mm³ at rest; others nothing.
+    pub gone_mm3: BTreeMap<u32, f64>,
     /// Urethra and capsule at rest.
     pub walls: Walls,
     /// The entity of the gland.
@@ -74,6 +79,7 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
         lattice,
         marked,
         distal,
+        gone_mm3,
         walls,
         zone_mm3,
         capsule_mm2,
@@ -143,6 +149,7 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
         material: material_name,
         marked,
         distal,
+        gone_mm3,
         walls,
         tissue,
         instrument,

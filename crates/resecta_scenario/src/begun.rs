@@ -1,5 +1,7 @@
 //! What was done before an exercise begins: trenches that somebody cut, and whether they bleed.
 
+use std::collections::BTreeMap;
+
 use bevy::math::DVec3;
 use resecta_anatomy::Landmarks;
 use resecta_solver::LoopPose;
@@ -109,8 +111,8 @@ impl Begun {
         models: &Models,
         walls: &Walls,
         landmarks: &Landmarks,
-    ) -> Result<Vec<(u32, f64)>, RuleError> {
-        let mut gone_mm3 = Vec::new();
+    ) -> Result<BTreeMap<u32, f64>, RuleError> {
+        let mut gone_mm3 = BTreeMap::new();
         for (index, trench) in self.trenches.iter().enumerate() {
             let cuts = trench.cuts(walls, landmarks);
             let gone = gland.begin(&cuts, models.detail, models.collapse).map_err(|error| {
@@ -125,7 +127,9 @@ impl Begun {
                     expected,
                 ));
             }
-            gone_mm3.extend(gone);
+            for (pentahedron, gone) in gone {
+                *gone_mm3.entry(pentahedron).or_default() += gone;
+            }
         }
         Ok(gone_mm3)
     }

@@ -3,10 +3,12 @@
 //! A volume element counts for the cell that its centroid at rest lies in, whole: places are true to half an element (about
 //! 1 mm), volumes are exact.
 
+use std::collections::BTreeMap;
+
 use resecta_anatomy::Zone;
 use resecta_solver::Tissue;
 
-use crate::{region::MarkedRegion, walls::Walls};
+use crate::{active::ActiveExercise, region::MarkedRegion, walls::Walls};
 
 /// A map of the tissue that is missing.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -26,7 +28,7 @@ pub struct CutMap {
 /// What one cell of a [`CutMap`] has lost. Volumes are at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CutCell {
-    /// What it held, mm³.
+    /// What it held at the start, mm³.
     pub whole_mm3: f64,
     /// Of it, by zone, indexed by [`Zone::index`].
     pub whole_by_zone_mm3: [f64; Zone::COUNT],
@@ -53,8 +55,27 @@ impl CutCell {
 }
 
 impl CutMap {
-    /// Maps what a tissue has lost. `row_mm` above 0 and `columns` at least 1; others are raised to 0.1 mm and 1.
-    pub fn new(tissue: &Tissue, walls: &Walls, marked: &MarkedRegion, row_mm: f64, columns: usize) -> Self {
+    /// The map of an exercise in play, whose tissue this is: what went since its start.
+    pub fn of_exercise(active: &ActiveExercise, tissue: &Tissue, row_mm: f64, columns: usize) -> Self {
+        let ActiveExercise {
+            walls,
+            marked,
+            gone_mm3,
+            ..
+        } = active;
+        Self::new(tissue, walls, marked, gone_mm3, row_mm, columns)
+    }
+
+    /// Maps what a tissue has lost, but for what pentahedra had lost before (mm³ at rest), which counts as never there. `row_mm` above
+    /// 0 and `columns` at least 1; others are raised to 0.1 mm and 1.
+    pub fn new(
+        tissue: &Tissue,
+        walls: &Walls,
+        marked: &MarkedRegion,
+        before_mm3: &BTreeMap<u32, f64>,
+        row_mm: f64,
+        columns: usize,
+    ) -> Self {
         let row_mm = row_mm.max(0.1);
         let columns = columns.max(1);
         let (from_mm, to_mm) = walls.heights_mm().unwrap_or_default();
@@ -68,9 +89,12 @@ impl CutMap {
         };
         for pentahedron in 0..tissue.pentahedron_count() as u32 {
             let place = tissue.rest_centroid(pentahedron).as_dvec3();
-            let whole_mm3 = tissue.rest_volume_mm3(pentahedron);
+            let rest_mm3 = tissue.rest_volume_mm3(pentahedron);
             let lost = 1.0 - tissue.fill(pentahedron);
-            let removed_mm3 = whole_mm3 * lost;
+            let before_mm3 = before_mm3.get(&pentahedron).copied().unwrap_or(0.0);
+            let whole_mm3 = rest_mm3 - before_mm3;
+            // What it had lost before was reckoned in another order.
+            let removed_mm3 = (rest_mm3 * lost - before_mm3).clamp(0.0, whole_mm3.max(0.0));
             let cell = map.cell_of(place.z, walls.hour(place));
             let cell = &mut map.cells[cell];
             let zone = tissue.pentahedron_zone(pentahedron).index();
@@ -82,7 +106,8 @@ impl CutMap {
                 cell.marked_mm3 += whole_mm3;
                 cell.marked_removed_mm3 += removed_mm3;
             }
-            if lost < 0.5 {
+            // How deep is a matter of what was cut since.
+            if lost < 0.5 || removed_mm3 <= 0.0 {
                 continue;
             }
             let depth_mm = walls.depth_mm(place);

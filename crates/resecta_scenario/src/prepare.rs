@@ -1,5 +1,7 @@
 //! From a loaded exercise to everything that will be spawned. All that can fail fails here, before the world is touched.
 
+use std::collections::BTreeMap;
+
 use bevy::prelude::*;
 use resecta_anatomy::{Case, Lattice, LatticeOptions, Zone};
 use resecta_instrument::{InstrumentState, Resectoscope};
@@ -28,6 +30,8 @@ pub struct PreparedExercise {
     pub marked: MarkedRegion,
     /// The tissue below the verumontanum.
     pub distal: MarkedRegion,
+    /// What each pentahedron had lost before the start, mm³ at rest; others nothing.
+    pub gone_mm3: BTreeMap<u32, f64>,
     /// Urethra and capsule at rest.
     pub walls: Walls,
     /// Volume at rest of every zone at the start, mm³, indexed by [`Zone::index`].
@@ -134,7 +138,7 @@ impl LoadedExercise {
             Some(begun) => begun
                 .cut(&mut gland, models, &walls, &self.case.landmarks)
                 .map_err(broken)?,
-            None => Vec::new(),
+            None => BTreeMap::new(),
         };
         let marked = marked.without(&gone_mm3);
         if marked.total_mm3() <= 0.0 {
@@ -149,7 +153,7 @@ impl LoadedExercise {
         for index in 0..tissue.pentahedron_count() as u32 {
             zone_mm3[tissue.pentahedron_zone(index).index()] += tissue.rest_volume_mm3(index);
         }
-        for &(index, gone) in &gone_mm3 {
+        for (&index, gone) in &gone_mm3 {
             zone_mm3[tissue.pentahedron_zone(index).index()] -= gone;
         }
 
@@ -179,6 +183,7 @@ impl LoadedExercise {
             zone_mm3,
             capsule_mm2,
             distal: MarkedRegion::of_lattice(&Marked::below_verumontanum(), &lattice, &self.case.landmarks),
+            gone_mm3,
             walls,
             marked,
             material_name,

@@ -1,5 +1,7 @@
 //! The marked region: which volume elements of a gland an exercise is about.
 
+use std::collections::BTreeMap;
+
 use resecta_anatomy::{Landmarks, Lattice, Zone, wedge};
 
 use crate::{
@@ -58,8 +60,8 @@ impl MarkedRegion {
     }
 
     /// The region without what of it is gone: volumes at rest by pentahedron, mm³.
-    pub(crate) fn without(mut self, gone_mm3: &[(u32, f64)]) -> Self {
-        for &(pentahedron, gone) in gone_mm3 {
+    pub(crate) fn without(mut self, gone_mm3: &BTreeMap<u32, f64>) -> Self {
+        for (&pentahedron, gone) in gone_mm3 {
             if let Some(volume) = self.volumes_mm3.get_mut(pentahedron as usize) {
                 *volume = (*volume - gone).max(0.0);
             }

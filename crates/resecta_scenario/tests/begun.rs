@@ -1,7 +1,7 @@
 //! Exercises that begin with trenches in the gland.
 
 use resecta_fluid::{Turbidity, VesselState, Vessels};
-use resecta_scenario::{Begun, HeightRange, LoadedExercise, Trench, testing::Trial};
+use resecta_scenario::{Begun, CutMap, HeightRange, LoadedExercise, Trench, testing::Trial};
 use resecta_tissue::{CutDetail, Tissue, TissueChip, TissueResected};
 
 const TRENCH: Trench = Trench {
@@ -45,6 +45,19 @@ fn what_is_gone_and_what_is_left_make_the_whole_gland_and_no_metric_counts_it() 
         let of_zones = |prepared: &resecta_scenario::PreparedExercise| prepared.zone_mm3.iter().sum::<f64>();
         assert!((of_zones(&whole) - of_zones(&trenched) - gone_mm3).abs() < 1e-6);
         assert!(trenched.marked.total_mm3() < whole.marked.total_mm3());
+        // The map is of what goes from the start on.
+        let map = CutMap::new(
+            trenched.tissue.solver(),
+            &trenched.walls,
+            &trenched.marked,
+            &trenched.gone_mm3,
+            2.0,
+            48,
+        );
+        let held_mm3: f64 = map.cells.iter().map(|cell| cell.whole_mm3).sum();
+        assert!((held_mm3 - of_zones(&trenched)).abs() < 1e-6);
+        assert!(map.removed_mm3() < 1e-6, "{} mm³", map.removed_mm3());
+        assert!(map.cells.iter().all(|cell| cell.depth_mm.is_none()));
 
         let mut trial = Trial::new(());
         trial.watch::<TissueResected>();

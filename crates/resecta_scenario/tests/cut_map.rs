@@ -15,6 +15,7 @@ fn map(prepared: &PreparedExercise, row_mm: f64, columns: usize) -> CutMap {
         prepared.tissue.solver(),
         &prepared.walls,
         &prepared.marked,
+        &prepared.gone_mm3,
         row_mm,
         columns,
     )

@@ -18,7 +18,7 @@ impl Tissue {
     /// Returns what each pentahedron lost: volume at rest, mm³; ascending.
     ///
     /// # Errors
-    /// [`FieldError`]: a volume that is none, or a tissue that cannot be cut so finely. What was cut until then is gone.
+    /// [`FieldError`]: a volume that is none, or a tissue that cannot be cut so finely. Some of it may be cut then: it is not to be used.
     pub fn begin(
         &mut self,
         cuts: &[Tool],

@@ -75,13 +75,7 @@ fn gather(
         && let Some(active) = active
         && let Ok(tissue) = tissues.get(active.tissue)
     {
-        let map = CutMap::new(
-            tissue.solver(),
-            &active.walls,
-            &active.marked,
-            page::ROW_MM,
-            page::COLUMNS,
-        );
+        let map = page::map_of(&active, tissue);
         debriefing.map = Some(map);
     }
 }

@@ -182,7 +182,7 @@ pub fn refresh(
         *shares_of_mm3 = Some(removed);
         // A little more than a part: rounding must not add a row.
         let row_mm = (span.1 - span.0) / ROW as f64 * (1.0 + 1e-9);
-        let map = CutMap::new(tissue.solver(), &active.walls, &active.marked, row_mm, 1);
+        let map = CutMap::of_exercise(&active, tissue.solver(), row_mm, 1);
         for (n, slice) in row.iter_mut().enumerate() {
             slice.removed = map.cell(n, 0).and_then(|cell| {
                 let sum = |by_zone: [f64; Zone::COUNT]| {

@@ -1,6 +1,6 @@
 //! A headless app in which an exercise runs on messages that the test writes: no solver, no tissue.
 
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 
 use bevy::prelude::*;
 use resecta_anatomy::{Case, CaseSource, Landmarks, Unit, Zone};
@@ -72,6 +72,7 @@ impl Bench {
             material: "palpation_5hz".into(),
             marked: MarkedRegion::new(volumes.collect()),
             distal: MarkedRegion::new(distal.collect()),
+            gone_mm3: BTreeMap::new(),
             walls: Walls::default(),
             tissue,
             instrument,
