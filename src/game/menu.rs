@@ -5,6 +5,7 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, Align2, Color32, Context, CornerRadius, FontId, RichText, Stroke, Ui},
 };
+use egui_plot::Plot;
 
 use super::{
     flow::{GameFlow, Phase, Wish},
@@ -230,6 +231,20 @@ pub fn card<R>(ui: &mut Ui, contents: impl FnOnce(&mut Ui) -> R) -> R {
         .inner_margin(14)
         .show(ui, contents)
         .inner
+}
+
+/// A plot to be read, not to be moved: `id` is its own among those of the page.
+pub fn plot(id: &str, height: f32) -> Plot<'_> {
+    Plot::new(id)
+        .height(height)
+        .allow_zoom(false)
+        .allow_drag(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_axis_zoom_drag(false)
+        .allow_double_click_reset(false)
+        // Nothing in it is pressed: the focus passes over it.
+        .sense(egui::Sense::hover())
 }
 
 /// A caption above a part of a screen.

@@ -5,7 +5,7 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, RichText, Ui},
 };
-use egui_plot::{GridInput, Line, Plot, PlotPoints, Points, uniform_grid_spacer};
+use egui_plot::{GridInput, Line, PlotPoints, Points, uniform_grid_spacer};
 use resecta_records::progress::{Curve, MAX_NAME, PastRun, curves};
 use resecta_scenario::Better;
 
@@ -237,16 +237,7 @@ fn plot(ui: &mut Ui, curve: &Curve, height: f32) {
         .collect();
     let most = curve.points.iter().map(|point| point.1).fold(0.0, f64::max);
     let runs = curve.points.last().map_or(1, |point| point.0) as f64;
-    Plot::new(&curve.metric)
-        .height(height)
-        .allow_zoom(false)
-        .allow_drag(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .allow_axis_zoom_drag(false)
-        .allow_double_click_reset(false)
-        // Nothing in it is pressed: the focus passes over it.
-        .sense(egui::Sense::hover())
+    menu::plot(&curve.metric, height)
         .include_x(0.5)
         .include_x(runs + 0.5)
         .include_y(0.0)

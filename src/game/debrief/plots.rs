@@ -1,7 +1,7 @@
 //! The course of a run over time: volume removed, blood lost, pressure in the bladder, view.
 
 use bevy_egui::egui::{self, Color32, RichText, Ui};
-use egui_plot::{GridInput, HLine, Line, LineStyle, Plot, PlotPoints, VLine, uniform_grid_spacer};
+use egui_plot::{GridInput, HLine, Line, LineStyle, PlotPoints, VLine, uniform_grid_spacer};
 use resecta_scenario::{ActiveExercise, LogSample, RunLog};
 
 use super::super::{menu, palette};
@@ -96,16 +96,7 @@ fn plot(ui: &mut Ui, curve: &Curve, log: &RunLog, touches: &[f64], height: f32) 
         .collect();
     let (colour, bound) = (curve.colour, curve.bound);
     let touches = touches.to_vec();
-    Plot::new(curve.title)
-        .height(height)
-        .allow_zoom(false)
-        .allow_drag(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .allow_axis_zoom_drag(false)
-        .allow_double_click_reset(false)
-        // Nothing in it is pressed: the focus passes over it.
-        .sense(egui::Sense::hover())
+    menu::plot(curve.title, height)
         .include_x(0.0)
         .include_y(0.0)
         .include_y(curve.up_to)
