@@ -1,24 +1,16 @@
 //! Writing results: a file is either the old one or the whole new one.
 
-use std::{
-    ffi::OsString,
-    fs, io,
-    path::{Path, PathBuf},
-};
+use std::{fs, io, path::Path};
+
+use resecta_text::write_whole_with;
 
 use super::Failure;
 
 /// Writes a file through `write`, which gets the path of a temporary file in the same folder.
 pub fn write_with(file: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> Result<(), Failure> {
-    let temporary = temporary_beside(file);
-    let written = write(&temporary).and_then(|()| fs::rename(&temporary, file));
-    written.map_err(|source| {
-        // Why it failed matters more than what is left of the temporary file.
-        let _ = fs::remove_file(&temporary);
-        Failure::Write {
-            file: file.into(),
-            source,
-        }
+    write_whole_with(file, write).map_err(|source| Failure::Write {
+        file: file.into(),
+        source,
     })
 }
 
@@ -41,15 +33,8 @@ pub fn prepare_folder(folder: &Path) -> Result<(), Failure> {
     if !folder.exists() {
         fs::create_dir(folder).map_err(|error| refused(format!("cannot be made: {error}")))?;
     }
-    let probe = temporary_beside(&folder.join("probe"));
+    let probe = folder.join(format!(".probe.{}.tmp", std::process::id()));
     fs::write(&probe, b"")
         .and_then(|()| fs::remove_file(&probe))
         .map_err(|error| refused(format!("cannot be written into: {error}")))
-}
-
-fn temporary_beside(file: &Path) -> PathBuf {
-    let mut name = OsString::from(".");
-    name.push(file.file_name().unwrap_or_default());
-    name.push(format!(".{}.tmp", std::process::id()));
-    file.with_file_name(name)
 }

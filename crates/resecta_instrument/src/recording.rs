@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use bevy::prelude::*;
+use resecta_text::write_whole;
 use thiserror::Error;
 
 use crate::{InstrumentField, InstrumentLimits, InstrumentState};
@@ -121,14 +122,10 @@ impl InstrumentRecording {
     /// # Errors
     /// [`RecordingError::Write`].
     pub fn save(&self, path: &Path) -> Result<(), RecordingError> {
-        let mut unfinished = path.as_os_str().to_owned();
-        unfinished.push(".part");
-        std::fs::write(&unfinished, self.to_csv())
-            .and_then(|()| std::fs::rename(&unfinished, path))
-            .map_err(|source| RecordingError::Write {
-                file: path.to_path_buf(),
-                source,
-            })
+        write_whole(path, self.to_csv().as_bytes()).map_err(|source| RecordingError::Write {
+            file: path.to_path_buf(),
+            source,
+        })
     }
 
     /// Reads a recording from a file.

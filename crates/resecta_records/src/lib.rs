@@ -9,7 +9,6 @@
 //! |---|---|
 //! | what a record holds, and how it is read and written | `record.rs` |
 //! | the bytes of the file | `format.rs`, `inputs.rs` |
-//! | files that are whole or not there | `file.rs` |
 //! | which build played | `build.rs`, beside the sources, and `identity.rs` |
 //! | taking a run down | `recorder.rs` |
 //! | playing it again | `replay.rs` |
@@ -19,7 +18,6 @@
 //! | where a user's records and database are | `folder.rs` |
 
 mod error;
-mod file;
 pub mod folder;
 mod format;
 mod identity;
@@ -31,7 +29,6 @@ mod replay;
 mod rescore;
 
 pub use error::{Damage, RecordError};
-pub use file::write_whole;
 pub use format::{FORMAT, MAX_BODY_BYTES, MAX_FILE_BYTES};
 pub use identity::Build;
 pub use inputs::MAX_STEPS;

@@ -11,11 +11,11 @@ use std::{
 use resecta_anatomy::Case;
 use resecta_instrument::{InstrumentRecording, InstrumentState};
 use resecta_scenario::{EndReason, Exercise, Extensions, LoadedExercise, Medal};
+use resecta_text::write_whole;
 use serde::{Deserialize, Serialize};
 
 use crate::{
     error::{Damage, RecordError},
-    file::write_whole,
     format::{self, MAX_FILE_BYTES},
     identity::Build,
     inputs::{self, MAX_STEPS, STATE_BYTES},

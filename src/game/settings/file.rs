@@ -5,11 +5,11 @@
 use std::{
     collections::BTreeMap,
     fs, io,
-    io::Write,
     path::{Path, PathBuf},
 };
 
 use resecta_instrument::{BoundInput, FeelError, Handedness, InstrumentAction, InstrumentBindings, LiveFeel};
+use resecta_text::write_whole;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -241,18 +241,7 @@ impl SettingsFile {
             if let Some(folder) = self.0.parent() {
                 fs::create_dir_all(folder)?;
             }
-            let unfinished = self.0.with_extension(format!("ron.{}.part", std::process::id()));
-            let written = fs::File::create(&unfinished)
-                .and_then(|mut file| {
-                    file.write_all(text.as_bytes())?;
-                    // On the disk before the old one goes.
-                    file.sync_all()
-                })
-                .and_then(|()| fs::rename(&unfinished, &self.0));
-            written.inspect_err(|_| {
-                // Why it failed matters more than what is left of it.
-                let _ = fs::remove_file(&unfinished);
-            })
+            write_whole(&self.0, text.as_bytes())
         };
         write().map_err(|source| SettingsError::Write {
             file: self.0.clone(),
