@@ -46,10 +46,9 @@ pub(crate) fn probe(mut tissues: Query<(&mut Tissue, &mut Collider)>, mut probes
             let Tissue { solver, fine, .. } = &mut **tissue;
             answer.inside |= collider.holds(solver, fine.as_mut(), point);
             if let Some(fine) = fine {
-                fine.bring(
-                    solver,
-                    collider.chunks_near(&Axis { a: point, b: point }, DEPTH_LIMIT_MM),
-                );
+                let around = (Axis { a: point, b: point }, DEPTH_LIMIT_MM);
+                let runs = collider.runs_near(std::iter::once(around));
+                fine.bring(solver, collider.chunks_of(&runs));
             }
             let nearest = collider.nearest_face(&Skin::of(tissue), point, None);
             let Some(place) = nearest.map(|nearest| nearest.closest.on_triangle) else {

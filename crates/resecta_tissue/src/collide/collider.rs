@@ -66,6 +66,9 @@ pub struct Nearby {
     pub points: Vec<ChunkPart>,
 }
 
+/// A run of triangles: its patch, and its number there.
+pub type RunId = (u32, u32);
+
 /// Faces whose distances differ by less than this are as near, mm.
 pub const TIE_MM: f32 = 1e-4;
 
@@ -105,7 +108,7 @@ impl Collider {
             self.patches.update(skin, before);
         }
         if !gone.is_empty() {
-            self.patches.have_moved(skin, &gone);
+            self.patches.have_moved(&gone);
         }
         let (mut changed, followed, bvh) = (false, &self.followed, &mut self.bvh);
         // A vertex is a mean of its nodes: it goes no further than they do.
@@ -166,12 +169,36 @@ impl Collider {
         })
     }
 
-    /// Finds what may lie within `range` of an axis. In patches whose faces are so small (by their longest edge, mm) that
-    /// their corners stand for them, only the faces within `crossed` of the axis.
+    /// The runs of triangles that may come within a range of any of some axes.
+    pub fn runs_near(&self, axes: impl Iterator<Item = (Axis, f32)>) -> Vec<RunId> {
+        let mut found = Vec::new();
+        let axes: Vec<(Near, f32)> = axes.map(|(axis, range)| (Near::new(&axis), range)).collect();
+        let is_near = |low: Vec3, high: Vec3, more: f32| {
+            let mut axes = axes.iter();
+            axes.any(|(axis, range)| axis.is_near(low, high, range + more))
+        };
+        for patch in self.bvh.leaves(|node| is_near(node.mins(), node.maxs(), 0.0)) {
+            let runs = (0..).zip(&self.patches.get(patch).runs);
+            let runs = runs.filter(|(_, run)| is_near(run.bounds.0, run.bounds.1, LOOSENED_MM));
+            found.extend(runs.map(|(run, _)| (patch, run)));
+        }
+        found
+    }
+
+    /// The chunks with vertices in some runs, perhaps some of them more than once.
+    pub fn chunks_of(&self, runs: &[RunId]) -> impl Iterator<Item = u32> {
+        let runs = runs
+            .iter()
+            .map(|&(patch, run)| &self.patches.get(patch).runs[run as usize]);
+        runs.flat_map(|run| run.chunks.iter().map(|part| part.chunk))
+    }
+
+    /// Finds what may lie within `range` of an axis, in some runs. In patches whose faces are so small (by their longest
+    /// edge, mm) that their corners stand for them, only the faces within `crossed` of the axis.
     pub(crate) fn near_axis(
         &self,
         skin: &Skin,
-        axis: &Axis,
+        (axis, runs): (&Axis, &[RunId]),
         (range, crossed): (f32, f32),
         are_points: impl Fn(f32) -> bool,
         found: &mut Nearby,
@@ -179,38 +206,28 @@ impl Collider {
         found.faces.clear();
         found.points.clear();
         let near = Near::new(axis);
-        let patches = self.bvh.leaves(|node| near.is_near(node.mins(), node.maxs(), range));
-        for patch in patches {
+        for &(patch, run) in runs {
             let patch = self.patches.get(patch);
-            let (within, has_points) = match are_points(patch.longest_mm) {
-                true => (crossed, true),
-                false => (range, false),
+            let run = &patch.runs[run as usize];
+            let is_near = |range: f32| near.is_near(run.bounds.0, run.bounds.1, range + LOOSENED_MM);
+            let within = match are_points(patch.longest_mm) {
+                true => {
+                    if is_near(range) {
+                        found.points.extend(&run.chunks);
+                    }
+                    crossed
+                }
+                false => range,
             };
-            let is_near = |run: &&Run, range: f32| near.is_near(run.bounds.0, run.bounds.1, range + LOOSENED_MM);
-            if has_points {
-                let runs = patch.runs.iter().filter(|run| is_near(run, range));
-                found.points.extend(runs.flat_map(|run| &run.chunks));
+            if is_near(within) {
+                found.faces.extend(faces(run, skin).filter(|face| {
+                    let bounds = bounds(&face.corners);
+                    near.is_near(bounds.mins, bounds.maxs, within)
+                }));
             }
-            let runs = patch.runs.iter().filter(|run| is_near(run, within));
-            found.faces.extend(runs.flat_map(|run| faces(run, skin)).filter(|face| {
-                let bounds = bounds(&face.corners);
-                near.is_near(bounds.mins, bounds.maxs, within)
-            }));
         }
         found.faces.sort_unstable_by_key(|face| face.slot);
         patches::merge(&mut found.points);
-    }
-
-    /// The chunks with vertices within `range` of an axis, perhaps some of them more than once.
-    pub fn chunks_near(&self, axis: &Axis, range: f32) -> impl Iterator<Item = u32> {
-        let near = Near::new(axis);
-        let patches = self
-            .bvh
-            .leaves(move |node| near.is_near(node.mins(), node.maxs(), range));
-        let runs = patches.flat_map(|patch| &self.patches.get(patch).runs);
-        let near = Near::new(axis);
-        let runs = runs.filter(move |run| near.is_near(run.bounds.0, run.bounds.1, range + LOOSENED_MM));
-        runs.flat_map(|run| run.chunks.iter().map(|part| part.chunk))
     }
 
     /// Calls back with every stretch of an axis (shares, from and to) near which faces may lie within `range`.
@@ -382,6 +399,7 @@ mod tests {
             collider,
             skin,
             part,
+            runs: &collider.runs_near(std::iter::once((part.to, part.range()))),
             number: (0, 0),
             pushes: true,
             pass_s: 1.0 / 60.0,

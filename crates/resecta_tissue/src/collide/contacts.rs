@@ -5,7 +5,7 @@ use resecta_solver::{Contact, NodeKind};
 
 use super::{
     closest::{ClosestPoints, segment_triangle},
-    collider::{Collider, DEPTH_LIMIT_MM, Face, Nearby},
+    collider::{Collider, DEPTH_LIMIT_MM, Face, Nearby, RunId},
     patches::ChunkPart,
     steady::Steady,
     surroundings::{Side, Surroundings, passes_through},
@@ -93,6 +93,8 @@ pub struct Search<'a> {
     pub collider: &'a Collider,
     pub skin: &'a Skin<'a>,
     pub part: &'a PartSweep,
+    /// All that may come within the part's range.
+    pub runs: &'a [RunId],
     /// Indices of the tool and of the part in it.
     pub number: (u32, u32),
     /// Whether the part pushes; else contacts are only told.
@@ -131,7 +133,13 @@ impl Search<'_> {
         let crossed = part.radius.max(motion + TOUCH_MM);
         let near_or_crossed = near.max(crossed);
         let are_points = |longest_mm| part.are_points(longest_mm);
-        collider.near_axis(skin, &part.to, (near_or_crossed, crossed), are_points, nearby);
+        collider.near_axis(
+            skin,
+            (&part.to, self.runs),
+            (near_or_crossed, crossed),
+            are_points,
+            nearby,
+        );
         let faces = nearby.faces.iter();
         let faces: Vec<(Face, ClosestPoints)> = faces
             .map(|face| (*face, segment_triangle(part.to.a, part.to.b, face.corners)))

@@ -250,23 +250,30 @@ fn find_contacts(
     let (start, end) = (pass as f32 / passes as f32, (pass + 1) as f32 / passes as f32);
     let mut nearby = Nearby::default();
     for (tool_index, tool) in (0..).zip(tools) {
-        for (part_index, part) in (0..).zip(tool.parts(start, end)) {
-            if !wanted(tool, part.kind) || !collider.may_touch(&part) {
-                continue;
-            }
+        let parts = (0..).zip(tool.parts(start, end));
+        let parts = parts.filter(|(_, part)| wanted(tool, part.kind) && collider.may_touch(part));
+        let parts: Vec<(u32, PartSweep)> = parts.collect();
+        // The wires of a loop lie together: what is near any of them is found at once.
+        let is_wire = |(_, part): &(u32, PartSweep)| part.kind == ToolPartKind::Loop;
+        for together in parts.chunk_by(|one, next| is_wire(one) && is_wire(next)) {
+            let axes = together.iter().map(|(_, part)| (part.to, part.range()));
+            let runs = collider.runs_near(axes);
             let Tissue { solver, fine, .. } = &mut *tissue;
             if let Some(fine) = fine {
-                fine.bring(solver, collider.chunks_near(&part.to, part.range()));
+                fine.bring(solver, collider.chunks_of(&runs));
             }
-            let search = Search {
-                collider,
-                skin: &Skin::of(tissue),
-                part: &part,
-                number: (tool_index, part_index),
-                pushes: tool.pushes(part.kind),
-                pass_s,
-            };
-            search.find(&mut nearby, found);
+            for (part_index, part) in together {
+                let search = Search {
+                    collider,
+                    skin: &Skin::of(tissue),
+                    part,
+                    runs: &runs,
+                    number: (tool_index, *part_index),
+                    pushes: tool.pushes(part.kind),
+                    pass_s,
+                };
+                search.find(&mut nearby, found);
+            }
         }
     }
 }

@@ -87,6 +87,43 @@ pub struct Patches {
     of: HashMap<Key, u32>,
     /// What was in each slot of the surface at the last update; none where the slot was free.
     slots: Vec<Option<Known>>,
+    /// Which patches nodes carry corners of, and which have corners in a chunk: a step moves and changes few of a gland's.
+    at_nodes: Holders,
+    at_chunks: Holders,
+    /// Patches to be looked at, and those whose bounds are out of date; each once.
+    changed: Vec<u32>,
+    stale: Vec<u32>,
+}
+
+/// The patches that hold each of something numbered; one that holds it in several of its runs is there as often.
+#[derive(Debug, Default)]
+struct Holders(Vec<Vec<u32>>);
+
+impl Holders {
+    fn of(&self, number: u32) -> &[u32] {
+        self.0.get(number as usize).map_or(&[], Vec::as_slice)
+    }
+
+    /// Those of all that have this number or a higher one.
+    fn from(&self, number: usize) -> impl Iterator<Item = u32> {
+        self.0.iter().skip(number).flatten().copied()
+    }
+
+    fn add(&mut self, number: u32, patch: u32) {
+        if self.0.len() <= number as usize {
+            self.0.resize_with(number as usize + 1, Vec::new);
+        }
+        self.0[number as usize].push(patch);
+    }
+
+    fn remove(&mut self, number: u32, patch: u32) {
+        let Some(holders) = self.0.get_mut(number as usize) else {
+            return;
+        };
+        if let Some(place) = holders.iter().position(|&holder| holder == patch) {
+            holders.swap_remove(place);
+        }
+    }
 }
 
 impl Patches {
@@ -104,11 +141,22 @@ impl Patches {
     /// Whether every patch is either free, once, or has triangles that know it.
     #[cfg(test)]
     pub fn are_consistent(&self) -> bool {
-        (0u32..).zip(&self.all).all(|(number, patch)| {
-            let free = self.free.iter().filter(|free| **free == number).count();
+        let count = |holders: &[u32], number| holders.iter().filter(|holder| **holder == number).count();
+        let are_held = (0u32..).zip(&self.all).all(|(number, patch)| {
             let is_home = |slot: &u32| self.patch_of(*slot) == Some(number);
-            free == usize::from(patch.slots.is_empty()) && patch.slots.iter().all(is_home)
-        })
+            count(&self.free, number) == usize::from(patch.slots.is_empty())
+                && patch.slots.iter().all(is_home)
+                && (patch.carriers.iter()).all(|&node| count(self.at_nodes.of(node), number) == 1)
+        });
+        let chunks = self
+            .all
+            .iter()
+            .flat_map(|patch| &patch.runs)
+            .map(|run| run.chunks.len());
+        let carriers = self.all.iter().map(|patch| patch.carriers.len());
+        are_held
+            && self.at_chunks.from(0).count() == chunks.sum::<usize>()
+            && self.at_nodes.from(0).count() == carriers.sum::<usize>()
     }
 
     /// Takes triangles that went out of their patches and puts those that appeared into some.
@@ -117,30 +165,31 @@ impl Patches {
         match before.and_then(|before| skin.changes_since(before)) {
             Some(changes) => {
                 self.update_slots(skin, changes.triangles());
-                let mut changed = vec![false; skin.chunk_count()];
-                for chunk in changes.chunks() {
-                    if let Some(changed) = changed.get_mut(chunk as usize) {
-                        *changed = true;
-                    }
-                }
                 // A chunk that is gone has lost its vertices, and the triangles at them.
-                let has_changed = |part: &ChunkPart| changed.get(part.chunk as usize).is_none_or(|changed| *changed);
-                for patch in self.all.iter_mut().filter(|patch| !patch.is_changed) {
-                    patch.is_changed = patch.runs.iter().flat_map(|run| &run.chunks).any(has_changed);
+                let gone = self.at_chunks.from(skin.chunk_count());
+                let changed = changes
+                    .chunks()
+                    .flat_map(|chunk| self.at_chunks.of(chunk).iter().copied());
+                for patch in gone.chain(changed) {
+                    mark(&mut self.all[patch as usize].is_changed, patch, &mut self.changed);
                 }
             }
             None => {
                 self.update_slots(skin, 0..self.slots.len() as u32);
                 // The same triangles, perhaps, but their corners may have been put elsewhere.
-                let used = self.all.iter_mut().filter(|patch| !patch.slots.is_empty());
-                used.for_each(|patch| patch.is_changed |= skin.is_fine());
+                let used = (0..).zip(&mut self.all).filter(|(_, patch)| !patch.slots.is_empty());
+                for (number, patch) in used.filter(|_| skin.is_fine()) {
+                    mark(&mut patch.is_changed, number, &mut self.changed);
+                }
             }
         }
-        for number in 0..self.all.len() {
-            if std::mem::take(&mut self.all[number].is_changed) {
-                self.look_at(skin, number as u32);
-            }
+        let mut changed = std::mem::take(&mut self.changed);
+        changed.sort_unstable();
+        for number in changed.drain(..) {
+            self.all[number as usize].is_changed = false;
+            self.look_at(skin, number);
         }
+        self.changed = changed;
     }
 
     fn update_slots(&mut self, skin: &Skin, slots: impl Iterator<Item = u32>) {
@@ -155,15 +204,16 @@ impl Patches {
             }
             // Gone, or another one in its place.
             if let Some(Known { patch, .. }) = known.take() {
-                self.all[patch as usize].is_changed = true;
+                mark(&mut self.all[patch as usize].is_changed, patch, &mut self.changed);
             }
             if let Some(vertices) = vertices {
                 let has_node = vertices.iter().any(|&vertex| skin.is_node(vertex));
                 appeared.push(((skin.pentahedron(slot, vertices), has_node), slot, vertices));
             }
         }
-        for patch in self.all.iter_mut().filter(|patch| patch.is_changed) {
-            patch.slots.retain(|&slot| self.slots[slot as usize].is_some());
+        for &patch in &self.changed {
+            let slots = &mut self.all[patch as usize].slots;
+            slots.retain(|&slot| self.slots[slot as usize].is_some());
         }
         appeared.sort_unstable();
         appeared.dedup();
@@ -189,7 +239,7 @@ impl Patches {
                     patch
                 }
             };
-            self.all[patch as usize].is_changed = true;
+            mark(&mut self.all[patch as usize].is_changed, patch, &mut self.changed);
             for &(_, slot, vertices) in triangles {
                 self.slots[slot as usize] = Some(Known { patch, vertices });
                 self.all[patch as usize].slots.push(slot);
@@ -208,7 +258,13 @@ impl Patches {
     /// Finds out what a patch that has changed consists of.
     fn look_at(&mut self, skin: &Skin, number: u32) {
         let mut patch = std::mem::take(&mut self.all[number as usize]);
-        patch.is_stale = true;
+        mark(&mut patch.is_stale, number, &mut self.stale);
+        for &node in &patch.carriers {
+            self.at_nodes.remove(node, number);
+        }
+        for part in patch.runs.iter().flat_map(|run| &run.chunks) {
+            self.at_chunks.remove(part.chunk, number);
+        }
         let slots = patch.slots.iter();
         let mut triangles: Vec<(u32, [u32; 3])> = slots
             .filter_map(|&slot| Some((slot, self.slots[slot as usize]?.vertices)))
@@ -242,6 +298,12 @@ impl Patches {
         }
         patch.carriers.sort_unstable();
         patch.carriers.dedup();
+        for &node in &patch.carriers {
+            self.at_nodes.add(node, number);
+        }
+        for part in patch.runs.iter().flat_map(|run| &run.chunks) {
+            self.at_chunks.add(part.chunk, number);
+        }
         patch.longest_mm = if patch.runs.iter().all(|run| run.nodes.is_empty()) {
             let longest = triangles.iter().map(|(_, vertices)| {
                 let [a, b, c] = vertices.map(|vertex| skin.rest_place(vertex));
@@ -265,11 +327,9 @@ impl Patches {
     }
 
     /// Puts the bounds of what some nodes carry out of date.
-    pub fn have_moved(&mut self, skin: &Skin, nodes: &[u32]) {
-        let mut has_moved = vec![false; skin.solver().node_count()];
-        nodes.iter().for_each(|&node| has_moved[node as usize] = true);
-        for patch in self.all.iter_mut().filter(|patch| !patch.is_stale) {
-            patch.is_stale = patch.carriers.iter().any(|&node| has_moved[node as usize]);
+    pub fn have_moved(&mut self, nodes: &[u32]) {
+        for &patch in nodes.iter().flat_map(|&node| self.at_nodes.of(node)) {
+            mark(&mut self.all[patch as usize].is_stale, patch, &mut self.stale);
         }
     }
 
@@ -281,10 +341,10 @@ impl Patches {
         place: impl Fn(u32) -> Vec3,
         mut told: impl FnMut(u32, Option<(Vec3, Vec3)>),
     ) {
-        for (number, patch) in (0u32..).zip(&mut self.all) {
-            if !std::mem::take(&mut patch.is_stale) {
-                continue;
-            }
+        self.stale.sort_unstable();
+        for number in self.stale.drain(..) {
+            let patch = &mut self.all[number as usize];
+            patch.is_stale = false;
             if patch.slots.is_empty() {
                 self.free.push(number);
                 told(number, None);
@@ -306,6 +366,13 @@ impl Patches {
             }
             told(number, Some((low, high)));
         }
+    }
+}
+
+/// Puts a patch on a list unless its mark says that it is there.
+fn mark(is_marked: &mut bool, patch: u32, list: &mut Vec<u32>) {
+    if !std::mem::replace(is_marked, true) {
+        list.push(patch);
     }
 }
 
