@@ -16,10 +16,12 @@ enum Reference {
 }
 
 /// The exercises that are played to their end in a minute or so.
-const SHORT: [(&str, Reference); 8] = [
+const SHORT: [(&str, Reference); 10] = [
     ("orientation", Reference::Script("orientation.ron")),
     ("irrigation", Reference::Script("irrigation.ron")),
     ("loop_control", Reference::Player(Player::Careful)),
+    ("first_cuts", Reference::Player(Player::Careful)),
+    ("middle_lobe", Reference::Player(Player::Careful)),
     ("left_lobe", Reference::Player(Player::Careful)),
     ("right_lobe", Reference::Player(Player::Careful)),
     ("apex", Reference::Player(Player::Careful)),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use bevy::prelude::*;
 use resecta_scenario::{Curriculum, ExerciseError, Library, LoadedExercise, Mod, Mods};
 
-use super::sketch::Sketch;
+use super::{sketch::Sketch, unlock::Opens};
 
 /// Where exercises come from, to read them from anew.
 #[derive(Resource, Debug, Clone)]
@@ -51,6 +51,8 @@ pub struct Entry {
     pub level: Option<String>,
     /// Title and version of its mod.
     pub of_mod: Option<String>,
+    /// What opens it; none if it is open to everybody.
+    pub opens: Option<Opens>,
     /// What is wrong with its file by now.
     pub fault: Option<String>,
     sketch: Option<Sketch>,
@@ -130,6 +132,7 @@ impl Catalogue {
         });
         let entries = loaded.into_iter().map(|loaded| Entry {
             level: place(&loaded).map(|(level, _)| curriculum.levels[level].title.clone()),
+            opens: place(&loaded).and_then(|(level, _)| Opens::of(&curriculum, level, str::to_owned)),
             loaded,
             of_mod: None,
             fault: None,
@@ -174,7 +177,7 @@ impl Catalogue {
             let name = &old.loaded.name;
             if let Some(new) = self.entries.iter_mut().find(|entry| entry.loaded.name == *name) {
                 if keeps_order {
-                    new.level = old.level;
+                    (new.level, new.opens) = (old.level, old.opens);
                 }
                 if new.loaded == old.loaded {
                     new.sketch = old.sketch;
@@ -236,14 +239,17 @@ fn of_mod(library: &Library, found: &Mod, refused: &mut Vec<Refused>) -> Vec<Ent
         (place.is_none(), place)
     });
     let entry = |name: &String| {
-        let full = format!("{}/{name}", manifest.id);
-        let level = curriculum.place(name).map(|(level, _)| &curriculum.levels[level].title);
+        let full_name = |name: &str| format!("{}/{name}", manifest.id);
+        let full = full_name(name);
+        let number = curriculum.place(name).map(|(level, _)| level);
+        let level = number.map(|number| &curriculum.levels[number].title);
         Some(Entry {
             loaded: note(refused, &full, library.load(&full))?,
             level: Some(match level {
                 Some(level) => format!("{}: {level}", manifest.title),
                 None => manifest.title.clone(),
             }),
+            opens: number.and_then(|number| Opens::of(&curriculum, number, full_name)),
             of_mod: Some(format!("{} {}", manifest.title, manifest.version)),
             fault: None,
             sketch: None,

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
-    egui::{self, Align2, FontId, RichText, Sense, Stroke, Ui},
+    egui::{self, Align2, Color32, FontId, RichText, Sense, Stroke, Ui},
 };
 use resecta_records::progress::PastRun;
 
@@ -14,6 +14,8 @@ use super::{
     menu::{self, MenuFocus, MenuSystems},
     palette,
     panel::clock,
+    settings::KeptSettings,
+    unlock::Lock,
 };
 
 /// Width of the list, points.
@@ -31,6 +33,7 @@ fn show(
     mut contexts: EguiContexts,
     focus: Res<MenuFocus>,
     history: Res<History>,
+    kept: Res<KeptSettings>,
     mut catalogue: ResMut<Catalogue>,
     mut flow: ResMut<GameFlow>,
 ) -> Result {
@@ -58,13 +61,17 @@ fn show(
         });
         ui.add_space(10.0);
         let height = ui.available_height() - 24.0;
+        let locks: Vec<Option<Lock>> = (catalogue.entries.iter())
+            .map(|entry| catalogue.lock(entry, &history).filter(|_| !kept.all_open))
+            .collect();
         ui.horizontal_top(|ui| {
             menu::part(ui, [LIST_WIDTH, height], |ui| {
-                list(ui, &mut catalogue, &history, focus.lead, &mut flow);
+                list(ui, &mut catalogue, &history, &locks, focus.lead, &mut flow);
             });
             ui.add_space(16.0);
             menu::part(ui, [ui.available_width(), height], |ui| {
-                details(ui, &mut catalogue, &history, &mut flow);
+                let lock = locks.get(catalogue.selected).and_then(Option::as_ref);
+                details(ui, &mut catalogue, &history, lock, &mut flow);
             });
         });
         let area = ui.ctx().viewport_rect().shrink2(egui::vec2(40.0, 16.0));
@@ -80,7 +87,14 @@ fn show(
     Ok(())
 }
 
-fn list(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, lead: bool, flow: &mut GameFlow) {
+fn list(
+    ui: &mut Ui,
+    catalogue: &mut Catalogue,
+    history: &History,
+    locks: &[Option<Lock>],
+    lead: bool,
+    flow: &mut GameFlow,
+) {
     let mut selected = catalogue.selected;
     egui::ScrollArea::vertical().id_salt("exercises").show(ui, |ui| {
         let mut level = None;
@@ -89,16 +103,15 @@ fn list(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, lead: bool, f
                 level.clone_from(&entry.level);
                 menu::caption(ui, level.as_deref().unwrap_or("Others"));
             }
-            let response = row(
-                ui,
-                &entry.loaded.exercise.title,
-                entry
-                    .fault
-                    .as_ref()
-                    .map_or(Ok(&entry.loaded.case.name), |_| Err("its file has a fault by now")),
-                history.best(&entry.loaded.name),
-                index == selected,
-            );
+            let below = match &entry.fault {
+                Some(_) => ("its file has a fault by now", palette::BAD),
+                None => (entry.loaded.case.name.as_str(), palette::WEAK),
+            };
+            let state = match locks.get(index) {
+                Some(Some(_)) => State::Locked,
+                _ => history.best(&entry.loaded.name).map_or(State::New, State::Played),
+            };
+            let response = row(ui, &entry.loaded.exercise.title, below, state, index == selected);
             if lead && index == catalogue.selected {
                 response.request_focus();
             }
@@ -125,14 +138,18 @@ fn list(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, lead: bool, f
     catalogue.selected = selected;
 }
 
-/// One exercise in the list: its case, or what is wrong.
-fn row(
-    ui: &mut Ui,
-    title: &str,
-    case: Result<&String, &str>,
-    best: Option<&PastRun>,
-    is_selected: bool,
-) -> egui::Response {
+/// What a trainee made of an exercise.
+enum State<'a> {
+    /// It is not open to them yet.
+    Locked,
+    /// Nothing yet.
+    New,
+    /// Their best run.
+    Played(&'a PastRun),
+}
+
+/// One exercise in the list, with some words below its title.
+fn row(ui: &mut Ui, title: &str, below: (&str, Color32), state: State, is_selected: bool) -> egui::Response {
     let size = egui::vec2(ui.available_width() - 12.0, ROW_HEIGHT);
     let (area, response) = ui.allocate_exact_size(size, Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, title));
@@ -154,31 +171,31 @@ fn row(
     let text = |place, anchor, words: String, size, colour| {
         painter.text(place, anchor, words, FontId::proportional(size), colour);
     };
-    text(inner.left_top(), Align2::LEFT_TOP, title.into(), 18.0, palette::TEXT);
-    let (below, colour) = match case {
-        Ok(case) => (case.clone(), palette::WEAK),
-        Err(trouble) => (trouble.into(), palette::BAD),
+    let bright = match state {
+        State::Locked => palette::WEAK,
+        _ => palette::TEXT,
     };
-    text(inner.left_bottom(), Align2::LEFT_BOTTOM, below, 13.0, colour);
-    match best {
-        Some(best) => {
+    text(inner.left_top(), Align2::LEFT_TOP, title.into(), 18.0, bright);
+    let (words, colour) = below;
+    text(inner.left_bottom(), Align2::LEFT_BOTTOM, words.into(), 13.0, colour);
+    let right = |words: &str| {
+        let words = words.to_owned();
+        text(inner.right_center(), Align2::RIGHT_CENTER, words, 13.0, palette::WEAK);
+    };
+    match state {
+        State::Played(best) => {
             let points = format!("{:.0}", best.score);
             text(inner.right_top(), Align2::RIGHT_TOP, points, 20.0, palette::ACCENT);
             let out_of = format!("best of {:.0}", best.out_of);
             text(inner.right_bottom(), Align2::RIGHT_BOTTOM, out_of, 12.5, palette::WEAK);
         }
-        None => text(
-            inner.right_center(),
-            Align2::RIGHT_CENTER,
-            "not played".into(),
-            13.0,
-            palette::WEAK,
-        ),
+        State::New => right("not played"),
+        State::Locked => right("locked"),
     }
     response
 }
 
-fn details(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, flow: &mut GameFlow) {
+fn details(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, lock: Option<&Lock>, flow: &mut GameFlow) {
     let selected = catalogue.selected;
     let Some(entry) = catalogue.entries.get_mut(selected) else {
         ui.label("No exercise could be read.");
@@ -232,8 +249,15 @@ fn details(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, flow: &mut
             menu::caption(ui, "Your runs");
             runs(ui, history, &loaded.name);
             ui.add_space(8.0);
-            menu::wish(ui, "Open (Enter)", Wish::Open, false, flow);
-            if let Some(trouble) = &flow.trouble {
+            match lock {
+                Some(lock) => {
+                    ui.label(RichText::new(format!("{lock}.")).color(palette::CAREFUL));
+                    ui.label(RichText::new("Or open all levels in the settings (F2).").color(palette::WEAK));
+                }
+                None => menu::wish(ui, "Open (Enter)", Wish::Open, false, flow),
+            }
+            // What a lock asks for stands above.
+            if let Some(trouble) = flow.trouble.as_ref().filter(|_| lock.is_none()) {
                 ui.label(RichText::new(trouble).color(palette::BAD));
             }
         });

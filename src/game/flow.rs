@@ -19,7 +19,7 @@ use super::{
     history::History,
     layout::ViewLayout,
     pace::Pace,
-    settings::{self, SettingsPage},
+    settings::{self, KeptSettings, SettingsPage},
 };
 use crate::view::{OutsideCamera, ViewSystems};
 
@@ -336,6 +336,7 @@ fn carry_out(
     mut windows: Query<&mut Window, With<PrimaryWindow>>,
     mut exit: MessageWriter<AppExit>,
     mut catalogue: ResMut<Catalogue>,
+    (history, kept): (Res<History>, Res<KeptSettings>),
     active: Option<Res<ActiveExercise>>,
     (buttons, keys): (Res<ButtonInput<MouseButton>>, Res<ButtonInput<KeyCode>>),
     mut commands: Commands,
@@ -372,6 +373,11 @@ fn carry_out(
             Wish::Open | Wish::Restart => {
                 if wish == Wish::Open {
                     let chosen = catalogue.entries.get(catalogue.selected);
+                    let lock = chosen.and_then(|entry| catalogue.lock(entry, &history));
+                    if let Some(lock) = lock.filter(|_| !kept.all_open) {
+                        flow.trouble = Some(lock.to_string());
+                        continue;
+                    }
                     flow.loaded = chosen.map(|entry| entry.loaded.clone());
                 }
                 if let Some(loaded) = flow.loaded.clone() {

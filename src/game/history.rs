@@ -13,6 +13,8 @@ use resecta_records::{
     folder::RECORDS,
     progress::{FIRST_TRAINEE, PastRun},
 };
+#[cfg(test)]
+use resecta_scenario::Medal;
 use thiserror::Error;
 
 /// The runs of the present trainee, and where they are kept.
@@ -147,6 +149,24 @@ impl History {
             .reduce(|a, b| if better(a, b) { b } else { a })
     }
 
+    /// A run of an exercise with a score, for tests.
+    #[cfg(test)]
+    pub fn add_played(&mut self, exercise: &str, score: f64) {
+        self.runs.push(PastRun {
+            score,
+            ..tests::run("", exercise)
+        });
+    }
+
+    /// A run of an exercise that earned a medal when it was played and no points by today's score, for tests.
+    #[cfg(test)]
+    pub fn add_medal(&mut self, exercise: &str, medal: Medal) {
+        self.runs.push(PastRun {
+            medal: Some(medal),
+            ..tests::run("", exercise)
+        });
+    }
+
     /// Whether this trainee never played.
     pub fn is_empty(&self) -> bool {
         self.runs.is_empty()
@@ -159,13 +179,21 @@ mod tests {
 
     use super::*;
 
-    fn run(identity: &str, score: f64) -> PastRun {
+    pub fn run(identity: &str, exercise: &str) -> PastRun {
         let json = format!(
-            r#"{{"identity":"{identity}","trainee":"Anna","exercise":"first_cuts","title":"First cuts","exercise_hash":"",
-            "case":"","version":"","ended":null,"ended_unix_s":{score},"steps":1,"elapsed_s":1.0,"score":{score}.0,
+            r#"{{"identity":"{identity}","trainee":"Anna","exercise":"{exercise}","title":"First cuts","exercise_hash":"",
+            "case":"","version":"","ended":null,"ended_unix_s":0,"steps":1,"elapsed_s":1.0,"score":0.0,
             "out_of":100.0,"medal":null,"metrics":{{}}}}"#
         );
         serde_json::from_str(&json).unwrap()
+    }
+
+    fn scored(identity: &str, score: u32) -> PastRun {
+        PastRun {
+            score: score.into(),
+            ended_unix_s: score.into(),
+            ..run(identity, "first_cuts")
+        }
     }
 
     #[test]
@@ -175,7 +203,9 @@ mod tests {
         let mut history = open();
         assert_eq!(history.trainee(), FIRST_TRAINEE);
         let progress = history.kept.as_mut().unwrap().get_mut().unwrap();
-        progress.add(&[run("a", 40.0), run("b", 70.0), run("c", 55.0)]).unwrap();
+        progress
+            .add(&[scored("a", 40), scored("b", 70), scored("c", 55)])
+            .unwrap();
         assert!(history.is_empty());
         history.choose("anna");
         assert_eq!(

@@ -9,6 +9,7 @@ use crate::{
     errors::{ExerciseError, RuleError},
     library::{Library, MAX_FILE_BYTES, read_text},
     mods::Mod,
+    pars::Medal,
 };
 
 /// File of a curriculum.
@@ -30,6 +31,19 @@ pub struct Level {
     pub title: String,
     /// Names of exercises of the library or the mod, the first to be taken first.
     pub exercises: Vec<String>,
+    /// What opens the level to a trainee; without it the level is open to everybody.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub needs: Option<Needs>,
+}
+
+/// What a trainee earns in the level before to open a level.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Needs {
+    /// The least medal that counts.
+    pub medal: Medal,
+    /// In how many exercises of the level before, 1 or more.
+    pub exercises: u32,
 }
 
 impl Curriculum {
@@ -56,6 +70,17 @@ impl Curriculum {
                     let expected = "an exercise that is not named before";
                     return Err(RuleError::new(field, format_args!("\"{name}\""), expected));
                 }
+            }
+            let Some(needs) = level.needs else { continue };
+            let Some(before) = number.checked_sub(1).map(|before| &self.levels[before]) else {
+                let expected = "none: no level comes before the first";
+                return Err(RuleError::new(format!("levels[{number}].needs"), "given", expected));
+            };
+            let most = before.exercises.len();
+            if !(1..=most).contains(&(needs.exercises as usize)) {
+                let field = format!("levels[{number}].needs.exercises");
+                let expected = format!("1 to {most}, as many as the level before has");
+                return Err(RuleError::new(field, needs.exercises, expected));
             }
         }
         Ok(())
@@ -110,6 +135,7 @@ mod tests {
         let level = |(title, exercises): &(&str, &[&str])| Level {
             title: (*title).into(),
             exercises: exercises.iter().map(|&name| name.into()).collect(),
+            needs: None,
         };
         Curriculum {
             levels: levels.iter().map(level).collect(),
@@ -141,6 +167,23 @@ mod tests {
             "levels[1].exercises[1] is \"apex\"; expected an exercise that is not named before"
         );
         assert!(told(of(&[(" ", &[])])).starts_with("levels[0].title"));
+        let with_needs = |level: usize, exercises| {
+            let mut curriculum = of(&[("First", &["apex"]), ("Second", &["lobe"])]);
+            let medal = Medal::Bronze;
+            curriculum.levels[level].needs = Some(Needs { medal, exercises });
+            curriculum
+        };
+        assert_eq!(
+            told(with_needs(0, 1)),
+            "levels[0].needs is given; expected none: no level comes before the first"
+        );
+        for exercises in [0, 2] {
+            assert_eq!(
+                told(with_needs(1, exercises)),
+                format!("levels[1].needs.exercises is {exercises}; expected 1 to 1, as many as the level before has")
+            );
+        }
+        assert!(with_needs(1, 1).check(&names).is_ok());
         assert!(of(&[("First", &["apex"]), ("Second", &["lobe"])]).check(&names).is_ok());
     }
 

@@ -88,7 +88,7 @@ pub use active::{ActiveExercise, spawn_exercise};
 pub use advice::advice;
 pub use begun::{Begun, Trench};
 pub use clearance::LoopClearance;
-pub use curriculum::{Curriculum, Level};
+pub use curriculum::{Curriculum, Level, Needs};
 pub use cut_map::{CutCell, CutMap};
 pub use errors::{ExerciseError, RuleError};
 pub use exercise::{

@@ -28,6 +28,8 @@ pub struct Settings {
     pub feel: LiveFeel,
     /// How loud the game is.
     pub sound: SoundSettings,
+    /// Whether every exercise is open, whatever was earned before it.
+    pub all_open: bool,
     /// What does each action. An action that is not named is bound as at first; one with an empty list by nothing.
     pub bindings: BTreeMap<InstrumentAction, Vec<BoundInput>>,
 }
@@ -110,13 +112,14 @@ pub enum SettingsError {
 }
 
 impl Settings {
-    /// What these bindings keep, with the sound as at first.
+    /// What these bindings keep, with all else as at first.
     pub fn of(hand: Handedness, bindings: &InstrumentBindings) -> Self {
         let rows = bindings.rows.iter();
         Settings {
             hand,
             feel: bindings.feel,
             sound: SoundSettings::default(),
+            all_open: false,
             bindings: rows.map(|row| (row.action, row.inputs.clone())).collect(),
         }
     }

@@ -95,6 +95,8 @@ pub struct KeptSettings {
     pub hand: Handedness,
     /// How loud the game is.
     pub sound: SoundSettings,
+    /// Whether every exercise is open, whatever was earned before it.
+    pub all_open: bool,
     /// What went wrong with the file, until the player has read it.
     pub trouble: Option<String>,
     file: Option<SettingsFile>,
@@ -135,10 +137,12 @@ impl KeptSettings {
         let kept = KeptSettings {
             hand: settings.hand,
             sound: settings.sound,
+            all_open: settings.all_open,
             trouble: told,
             file: file.filter(|_| may_write),
             saved: Settings {
                 sound: settings.sound,
+                all_open: settings.all_open,
                 ..Settings::of(settings.hand, &bindings)
             },
         };
@@ -239,9 +243,16 @@ fn save(
     if buttons.is_some_and(|buttons| buttons.any_pressed([MouseButton::Left])) {
         return;
     }
-    let KeptSettings { saved, hand, sound, .. } = &*kept;
+    let KeptSettings {
+        saved,
+        hand,
+        sound,
+        all_open,
+        ..
+    } = &*kept;
     let is_kept = saved.hand == *hand
         && saved.sound == *sound
+        && saved.all_open == *all_open
         && saved.feel == bindings.feel
         && (bindings.rows.iter()).all(|row| saved.bindings.get(&row.action) == Some(&row.inputs));
     let Some(file) = kept.file.clone().filter(|_| !is_kept) else {
@@ -249,6 +260,7 @@ fn save(
     };
     let settings = Settings {
         sound: kept.sound,
+        all_open: kept.all_open,
         ..Settings::of(kept.hand, &bindings)
     };
     if let Err(error) = file.save(&settings) {

@@ -40,6 +40,7 @@ pub fn show(
     let mut changed = bindings.clone();
     let mut hand = kept.hand;
     let mut loudness = kept.sound;
+    let mut all_open = kept.all_open;
     egui::Modal::new("settings".into())
         .backdrop_color(egui::Color32::from_black_alpha(170))
         .show(context, |ui| {
@@ -73,6 +74,8 @@ pub fn show(
                     }
                     ui.separator();
                     ui.add_enabled_ui(!waits, |ui| sound(ui, &mut loudness, &output));
+                    ui.separator();
+                    ui.add_enabled(!waits, egui::Checkbox::new(&mut all_open, "All levels are open"));
                     ui.add_space(8.0);
                     if ui
                         .add_enabled(!waits, egui::Button::new("Set everything back"))
@@ -81,6 +84,7 @@ pub fn show(
                         hand = Handedness::default();
                         changed = InstrumentBindings::default();
                         loudness = SoundSettings::default();
+                        all_open = false;
                     }
                 });
                 ui.separator();
@@ -99,6 +103,9 @@ pub fn show(
     }
     if loudness != kept.sound {
         kept.sound = loudness;
+    }
+    if all_open != kept.all_open {
+        kept.all_open = all_open;
     }
     Ok(())
 }

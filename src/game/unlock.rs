@@ -1,0 +1,153 @@
+//! Which exercises are open to a trainee: a level of the curriculum opens by medals earned in the level before it.
+//!
+//! What is opened by name (`resecta play NAME`) is never locked, nor is anything once the settings say so.
+
+use std::fmt;
+
+use resecta_scenario::{Curriculum, Medal, Needs};
+
+use super::{
+    catalogue::{Catalogue, Entry},
+    history::History,
+};
+
+/// What opens an exercise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Opens {
+    needs: Needs,
+    /// Title of the level in which it is to be earned.
+    level: String,
+    /// The exercises of that level, by their names in the library.
+    exercises: Vec<String>,
+}
+
+/// What is missing to open an exercise.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lock {
+    opens: Opens,
+    /// Exercises in which it is earned by now.
+    earned: usize,
+}
+
+impl Opens {
+    /// What opens a level, by its number; none for one that is open to everybody. `full` turns the name of an exercise in the
+    /// curriculum into its name in the library.
+    pub fn of(curriculum: &Curriculum, level: usize, full: impl Fn(&str) -> String) -> Option<Self> {
+        let needs = curriculum.levels.get(level)?.needs?;
+        let before = curriculum.levels.get(level.checked_sub(1)?)?;
+        Some(Self {
+            needs,
+            level: before.title.clone(),
+            exercises: before.exercises.iter().map(|name| full(name)).collect(),
+        })
+    }
+}
+
+impl Catalogue {
+    /// What the trainee lacks to open an exercise; nothing if it is open.
+    pub fn lock(&self, entry: &Entry, history: &History) -> Option<Lock> {
+        let opens = entry.opens.as_ref()?;
+        let is_earned = |name: &&String| self.medal(name, history) >= Some(opens.needs.medal);
+        let earned = opens.exercises.iter().filter(is_earned).count();
+        (earned < opens.needs.exercises as usize).then(|| Lock {
+            opens: opens.clone(),
+            earned,
+        })
+    }
+
+    /// The best medal that the trainee has for an exercise: what a run earned when it was played, or earns by today's pars.
+    fn medal(&self, exercise: &str, history: &History) -> Option<Medal> {
+        let entry = self.get(exercise);
+        let pars = entry.and_then(|entry| entry.loaded.exercise.total_pars.as_ref());
+        let medals = history.of_exercise(exercise).filter_map(|run| {
+            let by_today = pars.and_then(|pars| pars.medal(run.score));
+            run.medal.max(by_today)
+        });
+        medals.max()
+    }
+}
+
+impl fmt::Display for Lock {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Opens { needs, level, .. } = &self.opens;
+        let exercises = match needs.exercises {
+            1 => "one exercise".into(),
+            count => format!("{count} exercises"),
+        };
+        write!(
+            f,
+            "Opens with {} in {exercises} of “{level}” ({} so far)",
+            needs.medal.name(),
+            self.earned
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use resecta_scenario::Library;
+
+    use super::*;
+    use crate::game::catalogue::Sources;
+
+    fn shipped() -> Catalogue {
+        let library = Library::new("assets");
+        Sources {
+            library,
+            mods: None,
+            own: None,
+        }
+        .read()
+    }
+
+    fn locked(catalogue: &Catalogue, history: &History, exercise: &str) -> Option<Lock> {
+        catalogue.lock(catalogue.get(exercise).unwrap(), history)
+    }
+
+    #[test]
+    fn levels_open_one_after_the_other_as_medals_come() {
+        let catalogue = shipped();
+        let mut history = History::default();
+        let mut opened = 0;
+        // Whoever earns what a level asks for opens the next one, and no other before that.
+        for (number, entry) in catalogue.entries.iter().enumerate() {
+            if locked(&catalogue, &history, &entry.loaded.name).is_some() {
+                opened += 1;
+                let before = entry.opens.as_ref().unwrap();
+                let needed = before.needs.exercises as usize;
+                let with_pars: Vec<&String> = (before.exercises.iter())
+                    .filter(|name| catalogue.get(name).unwrap().loaded.exercise.total_pars.is_some())
+                    .collect();
+                assert!(with_pars.len() >= needed, "{} can never be opened", entry.loaded.name);
+                for name in &with_pars[..needed] {
+                    assert!(locked(&catalogue, &history, &entry.loaded.name).is_some());
+                    let pars = catalogue.get(name).unwrap().loaded.exercise.total_pars.clone().unwrap();
+                    history.add_played(name, pars.of(before.needs.medal));
+                }
+            }
+            let is_open = |entry: &Entry| locked(&catalogue, &history, &entry.loaded.name).is_none();
+            assert!(
+                catalogue.entries[..=number].iter().all(is_open),
+                "{}",
+                entry.loaded.name
+            );
+        }
+        assert_eq!(opened, 2, "two levels are closed at first");
+    }
+
+    #[test]
+    fn a_lock_says_what_opens_it_and_a_medal_once_earned_counts_whatever_the_pars_are_now() {
+        let catalogue = shipped();
+        let mut history = History::default();
+        let told = |history: &History| locked(&catalogue, history, "apex").unwrap().to_string();
+        assert_eq!(
+            told(&history),
+            "Opens with bronze in 2 exercises of “First steps” (0 so far)"
+        );
+        history.add_played("orientation", 1.0);
+        assert!(told(&history).ends_with("(0 so far)"));
+        history.add_medal("orientation", Medal::Bronze);
+        history.add_medal("orientation", Medal::Gold);
+        assert!(told(&history).ends_with("(1 so far)"));
+    }
+}
