@@ -34,6 +34,7 @@
 
 pub mod export;
 pub mod game;
+pub mod key_pictures;
 pub mod page;
 pub mod players;
 pub mod rates;

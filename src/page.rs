@@ -3,15 +3,20 @@
 
 use std::fmt::Write;
 
+use bevy::prelude::World;
 use plotters::prelude::*;
-use resecta_scenario::{ActiveExercise, CutMap, LogSample, Medal, Report, RunLog};
+use resecta_scenario::{ActiveExercise, CutMap, LogSample, Medal, Report, RunLog, advice};
 use resecta_tissue::Tissue;
+
+use crate::key_pictures::KeyPicture;
 
 /// Height of a row of the map, mm, and its columns: a quarter of an hour each.
 const ROW_MM: f64 = 2.0;
 /// As of [`ROW_MM`].
 const COLUMNS: usize = 48;
 
+/// Most sentences of advice.
+const ADVICE: usize = 5;
 /// Width and height of a curve and of the map, px.
 const CURVE: (u32, u32) = (760, 180);
 const MAP: (u32, u32) = (760, 420);
@@ -20,11 +25,21 @@ const STYLE: &str = "body{font:15px/1.45 sans-serif;max-width:50em;margin:2em au
     h1{margin-bottom:0}h2{margin:1.6em 0 .4em}table{border-collapse:collapse;width:100%}\
     th,td{text-align:left;padding:.25em .8em .25em 0;border-bottom:1px solid #d8dde0;vertical-align:top}\
     td.n{text-align:right;white-space:nowrap}small{color:#5a646b}svg{width:100%;height:auto}\
-    @media print{body{margin:0;max-width:none}h2,tr,svg{break-inside:avoid}}";
+    .pictures{display:flex;flex-wrap:wrap;gap:.8em}figure{margin:0;width:16em}figure img{width:100%;border-radius:6px}\
+    figcaption{font-size:13px;color:#5a646b}\
+    @media print{body{margin:0;max-width:none}h2,tr,svg,figure{break-inside:avoid}}";
 
 /// The map of what was cut, as the page shows it.
 pub fn map_of(active: &ActiveExercise, tissue: &Tissue) -> CutMap {
     CutMap::of_exercise(active, tissue.solver(), ROW_MM, COLUMNS)
+}
+
+/// The page of the exercise in a world; none where its tissue is gone.
+pub fn page_of(world: &World, report: &Report, pictures: &[KeyPicture]) -> Option<String> {
+    let active = world.resource::<ActiveExercise>();
+    let map = map_of(active, world.get::<Tissue>(active.tissue)?);
+    let said = advice(world.resource(), world.resource(), ADVICE);
+    Some(page(report, world.resource(), &map, &said, pictures))
 }
 
 /// A value over time.
@@ -57,8 +72,8 @@ const CURVES: [Curve; 4] = [
     },
 ];
 
-/// The page of a run: its score line by line, what to do better, its course, what was cut, every metric and the settings.
-pub fn page(report: &Report, log: &RunLog, map: &CutMap, advice: &[&str]) -> String {
+/// The page of a run: its score line by line, what to do better, pictures of key moments where there are any, its course, what was cut, every metric and the settings.
+pub fn page(report: &Report, log: &RunLog, map: &CutMap, advice: &[&str], pictures: &[KeyPicture]) -> String {
     let mut html = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}: report of a run</title>\
          <style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n",
@@ -75,6 +90,13 @@ pub fn page(report: &Report, log: &RunLog, map: &CutMap, advice: &[&str]) -> Str
         write!(html, "<h2>What to do better</h2>\n<ul>{sentences}</ul>\n").ok();
     }
     steps(&mut html, report).ok();
+    if !pictures.is_empty() {
+        html += "<h2>Key moments</h2>\n<div class=\"pictures\">\n";
+        pictures
+            .iter()
+            .for_each(|picture| picture.write_html(&mut html).unwrap_or_default());
+        html += "</div>\n";
+    }
     html += "<h2>Over time</h2>\n";
     for curve in CURVES.iter().filter(|curve| varies(curve, log)) {
         html += &drawn(CURVE, |area| draw_curve(area, curve, log));
@@ -191,7 +213,7 @@ fn with_unit(value: f64, unit: &str) -> String {
 }
 
 /// Text that HTML takes as text.
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
         match character {
@@ -294,15 +316,14 @@ fn draw_map(area: &Area, map: &CutMap) -> Drawing {
 mod tests {
     use super::*;
     use crate::{prelude::*, testing::Trial};
-    use resecta_scenario::{ActiveExercise, advice};
 
     fn of(trial: &Trial) -> String {
-        let world = trial.app.world();
-        let active = world.resource::<ActiveExercise>();
-        let tissue = world.get::<Tissue>(active.tissue).unwrap();
-        let map = map_of(active, tissue);
-        let said = advice(world.resource(), world.resource(), 3);
-        page(&trial.report(), world.resource(), &map, &said)
+        let picture = KeyPicture {
+            words: "First <cut>".into(),
+            time_s: 2.0,
+            png: b"picture".to_vec(),
+        };
+        page_of(trial.app.world(), &trial.report(), &[picture]).unwrap()
     }
 
     #[test]
@@ -328,7 +349,10 @@ mod tests {
         // Tissue went and water ran: curves and the map.
         assert!(html.matches("<svg").count() >= 3, "{}", html.matches("<svg").count());
         // Nothing is fetched from anywhere.
-        assert!(!html.contains("src=") && !html.contains("href="));
+        assert_eq!(html.matches("src=").count(), html.matches("src=\"data:").count());
+        assert!(!html.contains("href="));
+        let picture = "<figure><img alt=\"First &lt;cut&gt;\" src=\"data:image/png;base64,cGljdHVyZQ==\">";
+        assert!(html.contains(picture));
         for metric in MetricId::ALL {
             assert!(html.contains(&escaped(metric.info().title)), "{metric}");
         }

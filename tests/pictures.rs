@@ -46,6 +46,7 @@ fn both_views_show_the_gland_and_what_a_cut_changes() {
         folder: folder.path().join("frames"),
         count: 3,
         steps: 540,
+        moments: vec![("first_cut".into(), 200), ("bleeding".into(), 200)],
     });
     headless::start(&mut app, prepared, InstrumentSource::Script(script));
     Pictures::warm_up(&mut app).unwrap();

@@ -82,6 +82,8 @@ pub enum Failure {
     IsThere { file: PathBuf },
     #[error("{}: cannot be written: {source}", file.display())]
     Write { file: PathBuf, source: io::Error },
+    #[error("{}: cannot be read: {source}", file.display())]
+    ReadPicture { file: PathBuf, source: io::Error },
     #[error("{}: out: {rule}", folder.display())]
     OutFolder { folder: PathBuf, rule: String },
 }

@@ -14,10 +14,11 @@ use resecta::{
     anatomy::vtu,
     export, headless,
     instrument::{InstrumentLimits, InstrumentRecording, InstrumentScript, InstrumentSource},
+    key_pictures::{KeyMoment, KeyPicture, key_moments},
     page,
     players::{self, Player, PlayersPlugin},
     records::{self, RecorderPlugin, RunRecorder},
-    scenario::{ActiveExercise, EndReason, LoadedExercise, PreparedExercise, Report, RunLog, Trace, advice},
+    scenario::{ActiveExercise, EndReason, LoadedExercise, PreparedExercise, Report, RunLog, Trace},
     tissue::{Tissue, TissueDiagnostics},
     view::{Pictures, PicturesPlugin, adapter_available, finish_pictures},
 };
@@ -27,8 +28,6 @@ use super::{
     timing::{Stopwatch, Timing},
 };
 
-/// Sentences of what to do better.
-const ADVICE: usize = 5;
 /// Name of the run's record among the results.
 const RECORD: &str = "run.resecta-run";
 
@@ -149,7 +148,9 @@ impl Run {
         warn_of_put_aside(world.resource::<TissueDiagnostics>());
         if let Some(count) = self.frames {
             let begun = Instant::now();
-            self.take_pictures(count.get(), loaded, input, &report)?;
+            let moments = key_moments(world.resource());
+            let pictures = self.take_pictures((count.get(), &moments), loaded, input, &report)?;
+            write_page(&self.out, world, &report, &pictures)?;
             timing.pictures_s = Some(begun.elapsed().as_secs_f64());
         }
         files::write(&self.out.join("timing.json"), timing.to_json())?;
@@ -158,13 +159,22 @@ impl Run {
     }
 
     /// Plays the run once more to take pictures of it: only now is it known how long it is, and nothing that draws can
-    /// have had a hand in the results.
-    fn take_pictures(&self, count: u32, loaded: LoadedExercise, input: Hands, report: &Report) -> Result<(), Failure> {
+    /// have had a hand in the results. Returns those of key moments, and that of the end.
+    fn take_pictures(
+        &self,
+        (count, moments): (u32, &[KeyMoment]),
+        loaded: LoadedExercise,
+        input: Hands,
+        report: &Report,
+    ) -> Result<Vec<KeyPicture>, Failure> {
+        let name = |moment: &KeyMoment| format!("moment_{}", moment.name);
+        let step = |moment: &KeyMoment| (moment.time_s * STEP_HZ).round() as u64;
         let mut app = headless::app(self.threads);
         app.add_plugins(PicturesPlugin {
             folder: self.out.clone(),
             count,
             steps: report.run.steps,
+            moments: moments.iter().map(|moment| (name(moment), step(moment))).collect(),
         });
         Pictures::warm_up(&mut app)?;
         input.start(&mut app, loaded.prepare()?);
@@ -179,7 +189,23 @@ impl Run {
                 report: report.state_hash.clone(),
             });
         }
-        Ok(())
+        let end = KeyMoment {
+            name: "end",
+            words: "At the end".into(),
+            time_s: report.run.elapsed_s,
+        };
+        let of_end = (&end, format!("endoscope_{:03}", count.saturating_sub(1)));
+        let of_moments = moments.iter().map(|moment| (moment, name(moment)));
+        let pictures = of_moments.chain([of_end]).map(|(moment, name)| {
+            let file = self.out.join(format!("{name}.png"));
+            let png = std::fs::read(&file).map_err(|source| Failure::ReadPicture { file, source })?;
+            Ok(KeyPicture {
+                words: moment.words.clone(),
+                time_s: moment.time_s,
+                png,
+            })
+        });
+        pictures.collect()
     }
 }
 
@@ -233,12 +259,7 @@ pub(super) fn progress_bar(what: &'static str, steps: u64) -> ProgressBar {
 fn write_results(out: &Path, world: &World, report: &Report) -> Result<(), Failure> {
     let active = world.resource::<ActiveExercise>();
     files::write(&out.join("report.json"), report.to_json())?;
-    if let Some(tissue) = world.get::<Tissue>(active.tissue) {
-        let map = page::map_of(active, tissue);
-        let said = advice(world.resource(), world.resource(), ADVICE);
-        let page = page::page(report, world.resource(), &map, &said);
-        files::write(&out.join("report.html"), page)?;
-    }
+    write_page(out, world, report, &[])?;
     let mut rows = Vec::new();
     let file = out.join("trace.csv");
     world
@@ -254,6 +275,14 @@ fn write_results(out: &Path, world: &World, report: &Report) -> Result<(), Failu
         files::write_with(&out.join("gland.vtu"), |temporary| vtu::write(temporary, &gland))?;
     }
     Ok(())
+}
+
+/// The report as a page, with pictures where there are any.
+fn write_page(out: &Path, world: &World, report: &Report, pictures: &[KeyPicture]) -> Result<(), Failure> {
+    match page::page_of(world, report, pictures) {
+        Some(page) => files::write(&out.join("report.html"), page),
+        None => Ok(()),
+    }
 }
 
 /// What the simulation refused is no reason to fail, and none to be silent.

@@ -56,7 +56,8 @@ pub struct Kept {
     pub time_s: f64,
     /// The picture, for egui.
     pub texture: TextureId,
-    image: Handle<Image>,
+    /// The picture.
+    pub image: Handle<Image>,
 }
 
 /// The moments of the run in play.

@@ -3,6 +3,7 @@
 //! Drawing costs far more than a step, so the cameras are on only in the updates whose picture is kept.
 
 use std::{
+    io::Cursor,
     path::{Path, PathBuf},
     time::Duration,
 };
@@ -56,6 +57,8 @@ pub struct PicturesPlugin {
     pub count: u32,
     /// Steps that the run is expected to have. If it ends earlier there are fewer pictures.
     pub steps: u64,
+    /// More pictures of the endoscope's view, each as `NAME.png`: name and step.
+    pub moments: Vec<(String, u64)>,
 }
 
 /// A picture that could not be made.
@@ -83,6 +86,8 @@ pub struct Pictures {
     folder: PathBuf,
     /// The step of each picture but the last, rising.
     planned: Vec<u64>,
+    /// Further pictures of the endoscope's view, the next one last: step and name.
+    moments: Vec<(u64, String)>,
     /// Pictures of each view that were asked for.
     taken: u32,
     /// Files still on their way from the adapter.
@@ -111,9 +116,12 @@ impl Plugin for PicturesPlugin {
         };
         let targets = [target(), target()];
         let last = u64::from(self.count.saturating_sub(1));
+        let mut moments: Vec<(u64, String)> = self.moments.iter().map(|(name, step)| (*step, name.clone())).collect();
+        moments.sort_unstable_by(|one, other| other.cmp(one));
         app.insert_resource(Pictures {
             folder: self.folder.clone(),
             planned: (0..last).map(|picture| (self.steps * picture / last).max(1)).collect(),
+            moments,
             taken: 0,
             pending: 0,
             always_on: false,
@@ -189,32 +197,44 @@ fn take(
     mut commands: Commands,
 ) {
     let next = pictures.planned.get(pictures.taken as usize).copied();
-    let is_near = next.is_some_and(|next| metrics.steps + SETTLE_UPDATES >= next);
+    let moment = pictures.moments.last().map(|(step, _)| *step);
+    let mut due = next.iter().chain(&moment);
+    let is_near = due.any(|&step| metrics.steps + SETTLE_UPDATES >= step);
     for mut camera in &mut cameras {
         camera.is_active = pictures.always_on || is_near;
     }
     if next.is_some_and(|next| metrics.steps >= next) {
         pictures.ask(&mut commands);
     }
+    // Those of one step are one picture, which each gets.
+    while let Some((_, name)) = pictures.moments.pop_if(|(step, _)| metrics.steps >= *step) {
+        pictures.ask_for(&name, 0, &mut commands);
+    }
 }
 
 impl Pictures {
     /// Asks for a picture of each view as it will be at the end of this update.
     fn ask(&mut self, commands: &mut Commands) {
-        for (name, target) in ["endoscope", "outside"].into_iter().zip(&self.targets) {
-            let file = self.folder.join(format!("{name}_{:03}.png", self.taken));
-            self.pending += 1;
-            commands.spawn(Screenshot::image(target.clone())).observe(
-                move |captured: On<ScreenshotCaptured>, mut pictures: ResMut<Pictures>| {
-                    pictures.pending -= 1;
-                    match save_picture(&captured.image, &file) {
-                        Ok(()) => pictures.written.push(file.clone()),
-                        Err(error) => pictures.failed.push(error),
-                    }
-                },
-            );
+        for (view, name) in ["endoscope", "outside"].into_iter().enumerate() {
+            self.ask_for(&format!("{name}_{:03}", self.taken), view, commands);
         }
         self.taken += 1;
+    }
+
+    /// Asks for a picture of one view, by its number, with this name.
+    fn ask_for(&mut self, name: &str, view: usize, commands: &mut Commands) {
+        let file = self.folder.join(format!("{name}.png"));
+        self.pending += 1;
+        let target = self.targets[view].clone();
+        commands.spawn(Screenshot::image(target)).observe(
+            move |captured: On<ScreenshotCaptured>, mut pictures: ResMut<Pictures>| {
+                pictures.pending -= 1;
+                match save_picture(&captured.image, &file) {
+                    Ok(()) => pictures.written.push(file.clone()),
+                    Err(error) => pictures.failed.push(error),
+                }
+            },
+        );
     }
 
     /// The files written so far.
@@ -330,9 +350,18 @@ pub(crate) fn save_picture(image: &Image, file: &Path) -> Result<(), PictureErro
     if let Some(folder) = file.parent() {
         std::fs::create_dir_all(folder).map_err(|error| failed(error.to_string()))?;
     }
-    let picture = image
-        .clone()
-        .try_into_dynamic()
-        .map_err(|error| failed(error.to_string()))?;
-    picture.to_rgb8().save(file).map_err(|error| failed(error.to_string()))
+    let png = png_of(image).map_err(failed)?;
+    std::fs::write(file, png).map_err(|error| failed(error.to_string()))
+}
+
+/// A picture as a PNG file.
+///
+/// # Errors
+/// Why it is no picture.
+pub(crate) fn png_of(image: &Image) -> Result<Vec<u8>, String> {
+    let picture = image.clone().try_into_dynamic().map_err(|error| error.to_string())?;
+    let mut png = Cursor::new(Vec::new());
+    let written = picture.to_rgb8().write_to(&mut png, image::ImageFormat::Png);
+    written.map_err(|error| error.to_string())?;
+    Ok(png.into_inner())
 }

@@ -2,7 +2,10 @@
 
 mod map;
 mod plots;
+mod report;
 mod score;
+
+use std::path::PathBuf;
 
 use bevy::prelude::*;
 use bevy_egui::{
@@ -24,7 +27,7 @@ use crate::page;
 
 pub fn plugin(app: &mut App) {
     app.init_resource::<Debriefing>()
-        .add_systems(Update, gather)
+        .add_systems(Update, (gather, report::save.run_if(report::is_wanted)).chain())
         .add_systems(EguiPrimaryContextPass, show.in_set(MenuSystems::Show));
 }
 
@@ -56,6 +59,10 @@ pub struct Debriefing {
     /// The page that is shown.
     pub page: Page,
     map: Option<CutMap>,
+    /// Whether the report is to be saved.
+    wants_report: bool,
+    /// Where it was saved, or why not.
+    report: Option<Result<PathBuf, String>>,
 }
 
 /// Makes the map once, when the debriefing opens.
@@ -119,6 +126,7 @@ fn show(
                     debriefing.page = page;
                 }
             }
+            save_report(ui, &mut debriefing);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 menu::wish(ui, "Quit", Wish::Quit, false, &mut flow);
                 let next = after(reason);
@@ -147,6 +155,25 @@ fn show(
         );
     });
     Ok(())
+}
+
+/// The button that saves the report, and where it went.
+fn save_report(ui: &mut Ui, debriefing: &mut Debriefing) {
+    match &debriefing.report {
+        None => {
+            if menu::sized_button(ui, "Save the report", [120.0, 32.0], false).clicked() {
+                debriefing.wants_report = true;
+            }
+        }
+        Some(Ok(file)) => {
+            let name = file.file_name().unwrap_or_default().to_string_lossy();
+            let words = RichText::new(format!("Saved: {name}")).color(palette::GOOD);
+            ui.label(words).on_hover_text(file.display().to_string());
+        }
+        Some(Err(trouble)) => {
+            ui.label(RichText::new(trouble).color(palette::BAD));
+        }
+    }
 }
 
 /// How it ended, and the total.
