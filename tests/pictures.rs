@@ -65,9 +65,11 @@ fn both_views_show_the_gland_and_what_a_cut_changes() {
     );
 
     let names = [
+        "bleeding",
         "endoscope_000",
         "endoscope_001",
         "endoscope_002",
+        "first_cut",
         "outside_000",
         "outside_001",
         "outside_002",
@@ -81,9 +83,10 @@ fn both_views_show_the_gland_and_what_a_cut_changes() {
     for picture in &pictures {
         assert_eq!(picture.dimensions(), (PICTURE_SIZE.x, PICTURE_SIZE.y));
     }
-    let [_, before, after, _, outside_before, outside_after] = &pictures[..] else {
+    let [bleeding, _, before, after, first_cut, _, outside_before, outside_after] = &pictures[..] else {
         panic!("{files:?}")
     };
+    assert!(first_cut == bleeding, "two moments of one step are one picture");
 
     for picture in [before, after] {
         for (x, y) in [(0, 0), (959, 0), (0, 719), (959, 719), (100, 60), (860, 660)] {

@@ -1,6 +1,9 @@
 //! The shipped programme: the reference player of every exercise earns at least silver, nobody at the instrument earns no medal,
 //! and limits end the run of somebody reckless.
 
+mod common;
+
+use common::{LONG, Reference, SHORT};
 use resecta::{
     assets,
     instrument::{InstrumentScript, InstrumentSource, Resectoscope},
@@ -8,33 +11,6 @@ use resecta::{
     scenario::{EndReason, Medal, Report},
     testing::Trial,
 };
-
-/// Who shows how an exercise is played.
-enum Reference {
-    Script(&'static str),
-    Player(Player),
-}
-
-/// The exercises that are played to their end in a minute or so.
-const SHORT: [(&str, Reference); 10] = [
-    ("orientation", Reference::Script("orientation.ron")),
-    ("irrigation", Reference::Script("irrigation.ron")),
-    ("loop_control", Reference::Player(Player::Careful)),
-    ("first_cuts", Reference::Player(Player::Careful)),
-    ("middle_lobe", Reference::Player(Player::Careful)),
-    ("left_lobe", Reference::Player(Player::Careful)),
-    ("right_lobe", Reference::Player(Player::Careful)),
-    ("apex", Reference::Player(Player::Careful)),
-    ("haemostasis", Reference::Player(Player::Careful)),
-    ("imported_gland", Reference::Player(Player::Careful)),
-];
-/// Those that take many.
-const LONG: [(&str, Reference); 4] = [
-    ("five_minutes", Reference::Player(Player::Careful)),
-    ("operation_small", Reference::Player(Player::Careful)),
-    ("full_operation", Reference::Player(Player::Careful)),
-    ("operation_large", Reference::Player(Player::Careful)),
-];
 
 fn started(exercise: &str) -> Trial {
     let mut trial = Trial::new(PlayersPlugin);

@@ -4,7 +4,7 @@ mod common;
 
 use std::{fs, path::Path, process::Output};
 
-use common::{EXERCISE, SCRIPT, command, write};
+use common::{EXERCISE, LONG, Reference, SCRIPT, SHORT, command, write};
 
 /// Runs the program with a data folder of its own.
 fn resecta(folder: &Path, arguments: &[&str]) -> Output {
@@ -149,4 +149,38 @@ fn the_shipped_script_of_first_cuts_plays_again_on_one_thread_and_two() {
         succeed(folder.path(), &["replay", &record, "--check", "--threads", others]);
     }
     assert!(records[0] == records[1], "the records differ");
+}
+
+/// Plays an exercise on one thread and its record on two.
+fn plays_again((exercise, reference): &(&str, Reference)) {
+    let folder = tempfile::tempdir().unwrap();
+    let mut run = vec!["run", exercise, "--out", "out", "--threads", "1"]
+        .into_iter()
+        .map(String::from)
+        .collect::<Vec<_>>();
+    run.extend(match reference {
+        Reference::Script(name) => {
+            let file = resecta::assets::find().unwrap().join("scripts").join(name);
+            ["--script".into(), file.to_str().unwrap().into()]
+        }
+        Reference::Player(player) => ["--player".into(), format!("{player:?}").to_lowercase()],
+    });
+    succeed(folder.path(), &run.iter().map(String::as_str).collect::<Vec<_>>());
+    let told = succeed(folder.path(), &["replay", RECORD, "--check", "--threads", "2"]);
+    assert!(
+        told.contains("every hash and all results as recorded"),
+        "{exercise}: {told}"
+    );
+}
+
+#[test]
+#[ignore = "many minutes"]
+fn the_record_of_every_short_exercise_plays_again_on_two_threads() {
+    SHORT.iter().for_each(plays_again);
+}
+
+#[test]
+#[ignore = "hours"]
+fn the_record_of_every_long_exercise_plays_again_on_two_threads() {
+    LONG.iter().for_each(plays_again);
 }

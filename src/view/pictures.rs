@@ -203,38 +203,46 @@ fn take(
     for mut camera in &mut cameras {
         camera.is_active = pictures.always_on || is_near;
     }
+    let mut names = [Vec::new(), Vec::new()];
     if next.is_some_and(|next| metrics.steps >= next) {
-        pictures.ask(&mut commands);
+        names = pictures.next_names();
     }
-    // Those of one step are one picture, which each gets.
     while let Some((_, name)) = pictures.moments.pop_if(|(step, _)| metrics.steps >= *step) {
-        pictures.ask_for(&name, 0, &mut commands);
+        names[0].push(name);
     }
+    pictures.ask(names, &mut commands);
 }
 
 impl Pictures {
-    /// Asks for a picture of each view as it will be at the end of this update.
-    fn ask(&mut self, commands: &mut Commands) {
-        for (view, name) in ["endoscope", "outside"].into_iter().enumerate() {
-            self.ask_for(&format!("{name}_{:03}", self.taken), view, commands);
-        }
+    /// The names of the next evenly spaced pictures of both views.
+    fn next_names(&mut self) -> [Vec<String>; 2] {
+        let number = self.taken;
         self.taken += 1;
+        ["endoscope", "outside"].map(|view| vec![format!("{view}_{number:03}")])
     }
 
-    /// Asks for a picture of one view, by its number, with this name.
-    fn ask_for(&mut self, name: &str, view: usize, commands: &mut Commands) {
-        let file = self.folder.join(format!("{name}.png"));
-        self.pending += 1;
-        let target = self.targets[view].clone();
-        commands.spawn(Screenshot::image(target)).observe(
-            move |captured: On<ScreenshotCaptured>, mut pictures: ResMut<Pictures>| {
-                pictures.pending -= 1;
-                match save_picture(&captured.image, &file) {
-                    Ok(()) => pictures.written.push(file.clone()),
-                    Err(error) => pictures.failed.push(error),
-                }
-            },
-        );
+    /// Asks for a picture of each view that has names, as it will be at the end of this update: a view is read back once, for all
+    /// names of it.
+    fn ask(&mut self, names: [Vec<String>; 2], commands: &mut Commands) {
+        for (names, target) in names.into_iter().zip(&self.targets) {
+            if names.is_empty() {
+                continue;
+            }
+            let files = names.into_iter().map(|name| self.folder.join(format!("{name}.png")));
+            let files: Vec<PathBuf> = files.collect();
+            self.pending += 1;
+            commands.spawn(Screenshot::image(target.clone())).observe(
+                move |captured: On<ScreenshotCaptured>, mut pictures: ResMut<Pictures>| {
+                    pictures.pending -= 1;
+                    for file in &files {
+                        match save_picture(&captured.image, file) {
+                            Ok(()) => pictures.written.push(file.clone()),
+                            Err(error) => pictures.failed.push(error),
+                        }
+                    }
+                },
+            );
+        }
     }
 
     /// The files written so far.
@@ -303,7 +311,8 @@ pub fn finish_pictures(app: &mut App) -> Result<Vec<PathBuf>, PictureError> {
     app.world_mut().resource_scope(|world, mut pictures: Mut<Pictures>| {
         if is_wanted(&pictures) {
             pictures.planned.clear();
-            pictures.ask(&mut world.commands());
+            let names = pictures.next_names();
+            pictures.ask(names, &mut world.commands());
         }
         world.flush();
     });
