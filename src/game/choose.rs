@@ -256,8 +256,7 @@ fn details(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, lock: Opti
                 }
                 None => menu::wish(ui, "Open (Enter)", Wish::Open, false, flow),
             }
-            // What a lock asks for stands above.
-            if let Some(trouble) = flow.trouble.as_ref().filter(|_| lock.is_none()) {
+            if let Some(trouble) = &flow.trouble {
                 ui.label(RichText::new(trouble).color(palette::BAD));
             }
         });

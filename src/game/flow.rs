@@ -373,9 +373,9 @@ fn carry_out(
             Wish::Open | Wish::Restart => {
                 if wish == Wish::Open {
                     let chosen = catalogue.entries.get(catalogue.selected);
-                    let lock = chosen.and_then(|entry| catalogue.lock(entry, &history));
-                    if let Some(lock) = lock.filter(|_| !kept.all_open) {
-                        flow.trouble = Some(lock.to_string());
+                    let is_locked = chosen.is_some_and(|entry| catalogue.lock(entry, &history).is_some());
+                    if is_locked && !kept.all_open {
+                        // What it takes stands beside the list.
                         continue;
                     }
                     flow.loaded = chosen.map(|entry| entry.loaded.clone());

@@ -74,18 +74,17 @@ pub fn show(
                     }
                     ui.separator();
                     ui.add_enabled_ui(!waits, |ui| sound(ui, &mut loudness, &output));
-                    ui.separator();
-                    ui.add_enabled(!waits, egui::Checkbox::new(&mut all_open, "All levels are open"));
                     ui.add_space(8.0);
-                    if ui
-                        .add_enabled(!waits, egui::Button::new("Set everything back"))
-                        .clicked()
-                    {
-                        hand = Handedness::default();
-                        changed = InstrumentBindings::default();
-                        loudness = SoundSettings::default();
-                        all_open = false;
-                    }
+                    ui.horizontal(|ui| {
+                        let back = ui.add_enabled(!waits, egui::Button::new("Set everything back"));
+                        if back.clicked() {
+                            hand = Handedness::default();
+                            changed = InstrumentBindings::default();
+                            loudness = SoundSettings::default();
+                            all_open = false;
+                        }
+                        ui.add_enabled(!waits, egui::Checkbox::new(&mut all_open, "All levels are open"));
+                    });
                 });
                 ui.separator();
                 ui.vertical(|ui| {
