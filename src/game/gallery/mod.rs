@@ -48,8 +48,10 @@ const RESIZE_FRAMES: u32 = 3;
 const STEPS_A_FRAME: u32 = 12;
 /// but for the last of it, s: jets and sparks, which are of frames, are then as in play.
 const IN_STEP_S: f64 = 0.5;
-/// How time goes where nothing is waited for. It never stands: what fades in goes by it, too.
+/// How time goes where nothing is waited for: what fades in goes by it, too.
 const A_STEP_A_FRAME: TimeUpdateStrategy = TimeUpdateStrategy::ManualDuration(Duration::from_micros(16_667));
+/// How it goes while a picture is on its way.
+const STANDING: TimeUpdateStrategy = TimeUpdateStrategy::ManualDuration(Duration::ZERO);
 /// So many frames may pass without a deed being done before something is wrong.
 const PATIENCE_FRAMES: u32 = 5000;
 
@@ -260,11 +262,16 @@ impl Gallery {
                     is_extracted: false,
                 }
             }
-            Stage::Asked { size, .. } => Stage::Asked {
-                size,
-                is_extracted: true,
-            },
+            Stage::Asked { size, .. } => {
+                // In how many frames it comes is the adapter's own: a gland that settles meanwhile would be another one each time.
+                world.insert_resource(STANDING);
+                Stage::Asked {
+                    size,
+                    is_extracted: true,
+                }
+            }
             Stage::Taken { size } => {
+                world.insert_resource(A_STEP_A_FRAME);
                 let size = (size + 1) % SIZES.len();
                 resize(world, size);
                 Stage::Resizing { size, frames: 0 }
