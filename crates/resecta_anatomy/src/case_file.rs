@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use resecta_text::{Place, at_field, did_you_mean, place_of, write_whole};
+use resecta_text::{Place, Slip, place_of, write_whole};
 
 use crate::{Case, CaseRuleError, complete::UrethraEnds, validate::drop_repeated_corners};
 
@@ -29,18 +29,12 @@ pub enum CaseError {
         file: PathBuf,
     },
     /// Not RON, a wrong, unknown or missing field, or an unknown unit.
-    #[error("{}:{place}: {}{message}{}", file.display(), at_field(field), did_you_mean(nearest))]
+    #[error("{}:{slip}", file.display())]
     Syntax {
         /// The file.
         file: PathBuf,
-        /// Where in it.
-        place: Place,
-        /// Path of the field, for example `slices[3].capsule[17]`; `.` for the file as a whole.
-        field: String,
-        /// What is wrong with it, and what was expected.
-        message: String,
-        /// The nearest valid name, where a name is unknown.
-        nearest: Option<String>,
+        /// Where in it, what is wrong there, and what was expected.
+        slip: Box<Slip>,
     },
     /// Well formed, but no case.
     #[error("{}:{place}: {rule}", file.display())]
@@ -110,10 +104,7 @@ impl Case {
         let mut case: Case = resecta_text::read(text).map_err(|slip| {
             vec![CaseError::Syntax {
                 file: file.into(),
-                place: slip.place,
-                field: slip.field,
-                message: slip.message,
-                nearest: slip.nearest,
+                slip: slip.into(),
             }]
         })?;
         drop_repeated_corners(&mut case);

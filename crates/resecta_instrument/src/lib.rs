@@ -70,7 +70,6 @@ mod recording;
 mod refused;
 mod script;
 mod script_error;
-mod script_lines;
 mod source;
 mod state;
 mod stop;

@@ -1,12 +1,12 @@
 //! Scripts: key frames of the instrument, played without a hand on it. The crate's page describes the file.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use bevy::prelude::*;
+use resecta_text::place_of;
 use serde::Deserialize;
 
 use crate::script_error::{ScriptError, ScriptRule};
-use crate::script_lines::key_lines;
 use crate::{InstrumentField, InstrumentLimits, InstrumentState};
 
 /// A script as it stands in the file.
@@ -124,17 +124,21 @@ impl InstrumentScript {
     /// # Errors
     /// As [`load`](Self::load).
     pub fn from_ron(text: &str, file: &Path, limits: &InstrumentLimits) -> Result<Self, ScriptError> {
-        let keys = parse(text, file)?.keys;
+        let script: ScriptFile = resecta_text::read(text).map_err(|slip| ScriptError::Syntax {
+            file: file.to_path_buf(),
+            slip: slip.into(),
+        })?;
+        let keys = script.keys;
         if keys.is_empty() {
             return Err(ScriptError::Empty {
                 file: file.to_path_buf(),
             });
         }
         check(&keys, limits).map_err(|(key, rule)| {
-            let line = key_lines(text).get(key).copied().unwrap_or(0);
+            let place = place_of(text, &format!("keys[{key}].{}", rule.field()));
             ScriptError::Rule {
                 file: file.to_path_buf(),
-                line,
+                place: place.unwrap_or_default(),
                 key,
                 rule,
             }
@@ -179,28 +183,6 @@ impl InstrumentScript {
         state.coagulate = !over && self.coagulate.sample(time_s);
         state
     }
-}
-
-/// Reads the file's structure; what fails is a matter of syntax, of a field's name or of its type.
-fn parse(text: &str, file: &Path) -> Result<ScriptFile, ScriptError> {
-    let syntax = |path: String, error: ron::error::SpannedError| ScriptError::Syntax {
-        file: PathBuf::from(file),
-        line: error.span.end.line,
-        column: error.span.end.col,
-        path,
-        message: error.code.to_string(),
-    };
-    // A field's value is written plainly: `cut: true`, not `cut: Some(true)`.
-    let options = ron::Options::default().with_default_extension(ron::extensions::Extensions::IMPLICIT_SOME);
-    let mut ron =
-        ron::Deserializer::from_str_with_options(text, &options).map_err(|error| syntax("?".into(), error))?;
-    let script: Result<ScriptFile, _> = serde_path_to_error::deserialize(&mut ron);
-    let script = script.map_err(|error| {
-        let path = error.path().to_string();
-        syntax(path, ron.span_error(error.into_inner()))
-    })?;
-    ron.end().map_err(|code| syntax("?".into(), ron.span_error(code)))?;
-    Ok(script)
 }
 
 /// The first rule that a key breaks, with the key's index.

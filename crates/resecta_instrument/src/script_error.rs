@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use resecta_text::{Place, Slip};
 use thiserror::Error;
 
 /// Why a script was refused.
@@ -16,18 +17,12 @@ pub enum ScriptError {
         source: std::io::Error,
     },
     /// The file is no script: bad RON, an unknown field or a value of the wrong type.
-    #[error("{}:{line}:{column}: at {path}: {message}", file.display())]
+    #[error("{}:{slip}", file.display())]
     Syntax {
         /// The script's file.
         file: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// Path of the field, such as `keys[2].pitch_deg`; `?` where there is none.
-        path: String,
-        /// What is wrong and what was expected.
-        message: String,
+        /// Where in it, what is wrong there, and what was expected.
+        slip: Box<Slip>,
     },
     /// The script has no key.
     #[error("{}: keys is empty, expected at least one key", file.display())]
@@ -36,12 +31,12 @@ pub enum ScriptError {
         file: PathBuf,
     },
     /// A key breaks a rule.
-    #[error("{}:{line}: keys[{key}]: {rule}", file.display())]
+    #[error("{}:{place}: keys[{key}]: {rule}", file.display())]
     Rule {
         /// The script's file.
         file: PathBuf,
-        /// Line on which the key begins, from 1.
-        line: usize,
+        /// Where the field's value stands.
+        place: Place,
         /// Index of the key, from 0.
         key: usize,
         /// The rule.
@@ -98,4 +93,14 @@ pub enum ScriptRule {
         /// The fastest allowed, field's unit per second.
         max_speed: f32,
     },
+}
+
+impl ScriptRule {
+    /// The field of the key.
+    pub fn field(&self) -> &'static str {
+        match self {
+            Self::NotFinite { field, .. } | Self::OutOfLimits { field, .. } | Self::TooFast { field, .. } => field,
+            Self::BeforeStart { .. } | Self::TimeOrder { .. } => "time_s",
+        }
+    }
 }

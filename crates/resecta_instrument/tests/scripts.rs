@@ -95,49 +95,52 @@ const BAD: [(&str, &str); 13] = [
     ("(keys: [])", "bad.ron: keys is empty, expected at least one key"),
     (
         "(keys: [\n  (time_s: 0.0),\n  (time_s: 2.0),\n  (time_s: 1.0),\n])",
-        "bad.ron:4: keys[2]: time_s is 1, expected later than 2, the time of the key before",
+        "bad.ron:4:12: keys[2]: time_s is 1, expected later than 2, the time of the key before",
     ),
     (
         "(keys: [(time_s: 1.0),\n(time_s: 1.0)])",
-        "bad.ron:2: keys[1]: time_s is 1, expected later than 1, the time of the key before",
+        "bad.ron:2:10: keys[1]: time_s is 1, expected later than 1, the time of the key before",
     ),
     (
         "(keys: [(time_s: -1.0)])",
-        "bad.ron:1: keys[0]: time_s is -1, expected 0 or later",
+        "bad.ron:1:18: keys[0]: time_s is -1, expected 0 or later",
     ),
     (
         "(keys: [(time_s: NaN)])",
-        "bad.ron:1: keys[0]: time_s is NaN, expected a finite number",
+        "bad.ron:1:18: keys[0]: time_s is NaN, expected a finite number",
     ),
     (
         "(\n// A remark (with a bracket.\nkeys: [(time_s: 0.0, pitch_deg: NaN)])",
-        "bad.ron:3: keys[0]: pitch_deg is NaN, expected a finite number",
+        "bad.ron:3:33: keys[0]: pitch_deg is NaN, expected a finite number",
     ),
     (
         "(keys: [(time_s: 0.0, stroke_mm: 30.5)])",
-        "bad.ron:1: keys[0]: stroke_mm is 30.5, expected 0 to 30",
+        "bad.ron:1:34: keys[0]: stroke_mm is 30.5, expected 0 to 30",
     ),
     (
         "(keys: [(time_s: 0.0, roll_deg: inf)])",
-        "bad.ron:1: keys[0]: roll_deg is inf, expected a finite number",
+        "bad.ron:1:33: keys[0]: roll_deg is inf, expected a finite number",
     ),
     (
         "(keys: [\n(time_s: 0.0, insertion_mm: 0),\n(time_s: 0.1, insertion_mm: 60)])",
-        "bad.ron:3: keys[1]: insertion_mm changes by 600.0 a second since 0 s, expected at most 200",
+        "bad.ron:3:29: keys[1]: insertion_mm changes by 600.0 a second since 0 s, expected at most 200",
     ),
     (
         "(keys: [\n(time_s: 0.0, insertion_cm: 3)])",
-        "bad.ron:2:27: at keys[0].insertion_cm: Unexpected field named `insertion_cm`",
+        "bad.ron:2:15: keys[0].insertion_cm: there is no field `insertion_cm`; expected one of",
     ),
     (
         "(keys: [\n(insertion_mm: 3)])",
-        "bad.ron:2:17: at keys[0]: Unexpected missing field named `time_s`",
+        "bad.ron:2:1: keys[0].time_s: is missing",
     ),
     (
         "(keys: [\n(time_s: 0.0, cut: 1)])",
-        "bad.ron:2:20: at keys[0].cut: Expected boolean",
+        "bad.ron:2:20: keys[0].cut: expected true or false, found `1`",
     ),
-    ("(keys: [(time_s: 0.0)]", "bad.ron:1:23: at ?: Expected comma"),
+    (
+        "(keys: [(time_s: 0.0)]",
+        "bad.ron:1:23: expected `,` or a closing bracket before the end of the file",
+    ),
 ];
 
 #[test]

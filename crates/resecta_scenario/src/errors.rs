@@ -8,7 +8,7 @@ use std::{
 use resecta_anatomy::{CaseError, LatticeError};
 use resecta_solver::MeshError;
 pub use resecta_text::nearest;
-use resecta_text::{Place, Slip, at_field, did_you_mean, place_of};
+use resecta_text::{Place, Slip, did_you_mean, place_of};
 use thiserror::Error;
 
 /// Why an exercise was refused. Nothing changes in the running world when one is returned.
@@ -47,18 +47,12 @@ pub enum ExerciseError {
         found: Vec<String>,
     },
     /// The text is not an exercise: a slip of syntax, an unknown field or name, a value of the wrong kind.
-    #[error("{}:{place}: {}{message}{}", file.display(), at_field(field), did_you_mean(nearest))]
+    #[error("{}:{slip}", file.display())]
     Syntax {
         /// The exercise file.
         file: PathBuf,
-        /// Where in it.
-        place: Place,
-        /// Path of the field, for example `scoring[2].metric`; `.` for the file as a whole.
-        field: String,
-        /// What is wrong there, and what was expected.
-        message: String,
-        /// The nearest valid name, where a name is unknown.
-        nearest: Option<String>,
+        /// Where in it, what is wrong there, and what was expected.
+        slip: Box<Slip>,
     },
     /// A field that reads well but breaks a rule.
     #[error("{}{}: {rule}", file.display(), behind_colon(&rule.place))]
@@ -99,10 +93,7 @@ impl ExerciseError {
     pub(crate) fn of_slip(file: &Path, slip: Slip) -> Self {
         Self::Syntax {
             file: file.into(),
-            place: slip.place,
-            field: slip.field,
-            message: slip.message,
-            nearest: slip.nearest,
+            slip: slip.into(),
         }
     }
 

@@ -11,5 +11,5 @@ mod whole;
 
 pub use names::{did_you_mean, nearest};
 pub use place::{Place, place_of};
-pub use slip::{Slip, at_field, read};
+pub use slip::{Slip, read};
 pub use whole::{write_whole, write_whole_with};

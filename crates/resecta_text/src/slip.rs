@@ -1,5 +1,7 @@
 //! RON to a value, with the place of the first slip.
 
+use std::fmt;
+
 use ron::{
     Options,
     error::{Error, SpannedError},
@@ -8,7 +10,7 @@ use ron::{
 use serde::de::DeserializeOwned;
 
 use crate::{
-    names::nearest,
+    names::{did_you_mean, nearest},
     place::{Place, place_of},
 };
 
@@ -25,8 +27,15 @@ pub struct Slip {
     pub nearest: Option<String>,
 }
 
+impl fmt::Display for Slip {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (field, nearest) = (at_field(&self.field), did_you_mean(&self.nearest));
+        write!(f, "{}: {field}{}{nearest}", self.place, self.message)
+    }
+}
+
 /// The field of a [`Slip`] at the beginning of a message; nothing for the file as a whole.
-pub fn at_field(field: &str) -> String {
+fn at_field(field: &str) -> String {
     if field == "." {
         String::new()
     } else {
@@ -71,6 +80,8 @@ fn slip(text: &str, error: &SpannedError, field: String) -> Slip {
         | Error::InvalidEscape(_)
         | Error::NoSuchExtension(_)
         | Error::UnclosedBlockComment => start,
+        // Which key of a map it is under is not told: the reader has stopped near it.
+        Error::Message(_) if field.contains('?') => end,
         // The reader does not tell where what lacks or exceeds something began.
         Error::MissingStructField { .. }
         | Error::ExpectedDifferentLength { .. }

@@ -9,7 +9,7 @@ use std::{
 };
 
 use resecta_instrument::{BoundInput, FeelError, Handedness, InstrumentAction, InstrumentBindings, LiveFeel};
-use resecta_text::write_whole;
+use resecta_text::{Slip, write_whole};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -72,18 +72,12 @@ pub enum SettingsError {
         source: io::Error,
     },
     /// The file is not what it should be: bad RON, an unknown name or a value of the wrong type.
-    #[error("{}:{line}:{column}: at {field}: {message}", file.display())]
+    #[error("{}:{slip}", file.display())]
     Syntax {
         /// The file.
         file: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// The field, such as `bindings.Cut[0]`; `?` where there is none.
-        field: String,
-        /// What is wrong and what was expected.
-        message: String,
+        /// Where in it, what is wrong there, and what was expected.
+        slip: Box<Slip>,
     },
     /// A number is out of its range.
     #[error("{}: feel.{value}", file.display())]
@@ -137,20 +131,10 @@ impl Settings {
     }
 
     fn from_ron(text: &str, file: &Path) -> Result<Self, SettingsError> {
-        let syntax = |field: String, error: ron::error::SpannedError| SettingsError::Syntax {
+        let settings: Settings = resecta_text::read(text).map_err(|slip| SettingsError::Syntax {
             file: file.into(),
-            line: error.span.end.line,
-            column: error.span.end.col,
-            field,
-            message: error.code.to_string(),
-        };
-        let mut ron = ron::Deserializer::from_str(text).map_err(|error| syntax("?".into(), error))?;
-        let settings: Result<Settings, _> = serde_path_to_error::deserialize(&mut ron);
-        let settings = settings.map_err(|error| {
-            let field = error.path().to_string();
-            syntax(field, ron.span_error(error.into_inner()))
+            slip: slip.into(),
         })?;
-        ron.end().map_err(|code| syntax("?".into(), ron.span_error(code)))?;
         settings.feel.checked().map_err(|value| SettingsError::Value {
             file: file.into(),
             value,
@@ -312,11 +296,11 @@ mod tests {
     #[test]
     fn a_broken_file_is_told_by_its_place_kept_aside_and_replaced_by_defaults() {
         for (text, at, says) in [
-            ("(hand: Left", ":1:12: at ?: ", "Expected comma"),
-            ("(\n  hand: Both)", ":2:13: at hand: ", "Both"),
+            ("(hand: Left", ":1:12: ", "expected `,` or a closing bracket"),
+            ("(\n  hand: Both)", ":2:9: hand: ", "Both"),
             (
                 "(bindings: {Cut: [\"KeyÄ\"]})",
-                ":1:25: at bindings.",
+                ":1:25: bindings.",
                 "`KeyÄ` is no input, expected",
             ),
             ("(feel: (mouse: 9))", ": feel.mouse is 9", "expected 0.1 to 5"),
