@@ -255,7 +255,7 @@ impl Library {
                 let script = InstrumentScript::load(&entry, &InstrumentLimits::default());
                 script.err().into_iter().map(FileFault::from).collect()
             } else if is("") && name == curriculum::FILE {
-                of.curriculum().err().into_iter().map(FileFault::from).collect()
+                self.curriculum_faults(of, &entry)
             } else if is("") && name == MANIFEST {
                 continue;
             } else if let nearest @ Some(_) = intended(&entry) {
@@ -279,6 +279,34 @@ impl Library {
         } else {
             None
         }
+    }
+
+    /// What is wrong with the curriculum of a mod, levels that nobody can open included.
+    fn curriculum_faults(&self, of: &Mod, file: &Path) -> Vec<FileFault> {
+        let curriculum = match of.curriculum() {
+            Ok(curriculum) => curriculum,
+            Err(error) => return vec![error.into()],
+        };
+        // An exercise with a fault is told of that.
+        let earns_medals = |name: &&String| {
+            let loaded = self.load(&format!("{}/{name}", of.manifest.id));
+            loaded.map_or(true, |loaded| loaded.exercise.total_pars.is_some())
+        };
+        let levels = (1..).zip(curriculum.levels.windows(2));
+        let faults = levels.filter_map(|(number, levels)| {
+            let [before, level] = levels else { return None };
+            let needed = level.needs?.exercises;
+            let most = before.exercises.iter().filter(earns_medals).count();
+            let field = format!("levels[{number}].needs.exercises");
+            let expected = format!("at most {most}, as many of the level before have `total_pars` and earn medals");
+            (needed as usize > most).then(|| RuleError::new(field, needed, expected))
+        });
+        let text = read_text(file, MAX_FILE_BYTES).unwrap_or_default();
+        let placed = faults.map(|rule| {
+            let (file, rule) = (file.into(), rule.into());
+            ExerciseError::Rule { file, rule }.placed(&text).into()
+        });
+        placed.collect()
     }
 
     fn exercise_faults(&self, file: &Path) -> Vec<FileFault> {
