@@ -92,9 +92,9 @@ pub fn page(report: &Report, log: &RunLog, map: &CutMap, advice: &[&str], pictur
     steps(&mut html, report).ok();
     if !pictures.is_empty() {
         html += "<h2>Key moments</h2>\n<div class=\"pictures\">\n";
-        pictures
-            .iter()
-            .for_each(|picture| picture.write_html(&mut html).unwrap_or_default());
+        for picture in pictures {
+            picture.write_html(&mut html).ok();
+        }
         html += "</div>\n";
     }
     html += "<h2>Over time</h2>\n";

@@ -1,6 +1,6 @@
 //! Which exercises are open to a trainee: a level of the curriculum opens by medals earned in the level before it.
 //!
-//! What is opened by name (`resecta play NAME`) is never locked, nor is anything once the settings say so.
+//! What is opened by name (`resecta --exercise NAME`) is never locked, nor is anything once the settings say so.
 
 use std::fmt;
 

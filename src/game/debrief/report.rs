@@ -48,3 +48,39 @@ fn write(world: &World) -> Result<PathBuf, String> {
     write_whole(&file, page.as_bytes()).map_err(|error| format!("{}: cannot be written: {error}", file.display()))?;
     Ok(file)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{scenario::RunLog, testing::Trial};
+
+    #[test]
+    fn it_is_saved_beside_the_record_or_it_is_told_why_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let record = folder.path().join("20261123-first_cuts.resecta-run");
+        let mut trial = Trial::new(());
+        let world = trial.app.world_mut();
+        world.init_resource::<RunLog>();
+        world.init_resource::<Debriefing>();
+        world.init_resource::<History>();
+        world.init_resource::<Moments>();
+        world.init_resource::<Assets<Image>>();
+        trial.start("first_cuts").unwrap();
+        trial.steps(2);
+
+        let ask = |world: &mut World| {
+            world.resource_mut::<Debriefing>().wants_report = true;
+            save(world);
+            let debriefing = world.resource::<Debriefing>();
+            assert!(!debriefing.wants_report);
+            debriefing.report.clone().unwrap()
+        };
+        let world = trial.app.world_mut();
+        assert!(ask(world).unwrap_err().contains("was not kept"));
+        world.resource_mut::<History>().record = Some(record);
+        let file = ask(world).unwrap();
+        assert_eq!(file, folder.path().join("20261123-first_cuts.html"));
+        let page = std::fs::read_to_string(&file).unwrap();
+        assert!(page.contains("<h1>First cuts</h1>"), "{}", &page[..400]);
+    }
+}
