@@ -25,10 +25,18 @@ fn pictures_show_both_views_and_change_nothing() {
     );
 
     let [plain, pictures] = ["plain", "pictures"].map(|out| folder.path().join(out));
-    for result in names(&plain).iter().filter(|name| *name != "timing.json") {
+    let is_of_both = |name: &&String| !["timing.json", "report.html"].contains(&name.as_str());
+    for result in names(&plain).iter().filter(is_of_both) {
         let read = |out: &Path| fs::read(out.join(result)).unwrap();
         assert!(read(&plain) == read(&pictures), "{result} differs");
     }
+    // The page holds the pictures, and is the same but for them.
+    let page = |out: &Path| fs::read_to_string(out.join("report.html")).unwrap();
+    let with_pictures = page(&pictures);
+    let (before, rest) = with_pictures.split_once("<h2>Key moments</h2>").unwrap();
+    let (moments, after) = rest.split_at(rest.find("<h2>").unwrap());
+    assert!(moments.contains("At the end") && moments.contains("src=\"data:image/png;base64,iVBOR"));
+    assert!(page(&plain) == format!("{before}{after}"), "the page differs elsewhere");
     for name in ["endoscope_000", "endoscope_001", "outside_000", "outside_001"] {
         let picture = image::open(pictures.join(format!("{name}.png"))).unwrap().to_rgb8();
         let colours: BTreeSet<[u8; 3]> = picture.pixels().map(|pixel| pixel.0).collect();
