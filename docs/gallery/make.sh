@@ -6,10 +6,11 @@ resecta=${1:-target/release/resecta}
 made=$(mktemp -d)
 
 xvfb-run -a -s '-screen 0 2560x1440x24' "$resecta" gallery --out "$made"
+rm "$made"/1280x720/briefing.png
 mogrify -path docs/gallery -format jpg -quality 85 "$made"/1280x720/*.png
 
 # The endoscope's round field is as high as the window and in the middle of what the panel leaves of it.
-fields="verumontanum cut_surface coagulating jets"
+fields="verumontanum chip coagulated jets"
 for name in $fields; do
     convert "$made/2560x1440/$name.png" -crop 1440x1440+270+0 +repage -resize 420x420 "$made/$name.png"
 done
