@@ -223,6 +223,7 @@ fn every_number_has_a_unit_or_is_a_mere_number() {
         "at_least",
         "bronze",
         "drag_of_sphere",
+        "exercises",
         "from",
         "gold",
         "most",
