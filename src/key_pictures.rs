@@ -8,7 +8,7 @@ use resecta_scenario::RunLog;
 use crate::page::escaped;
 
 /// Blood lost in a second from which bleeding is a moment of its own, ml.
-const BLEEDING_ML_PER_S: f64 = 0.05;
+pub(crate) const BLEEDING_ML_PER_S: f64 = 0.05;
 /// Share of the light that comes back to the lens below which the view is bad.
 const BAD_VIEW: f64 = 0.5;
 

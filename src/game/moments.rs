@@ -15,7 +15,7 @@ use resecta_scenario::{ActiveExercise, Metrics};
 use resecta_tissue::{Tissue, TissueResected};
 
 use super::flow::{GameFlow, Phase};
-use crate::view::EndoscopeCamera;
+use crate::{key_pictures::BLEEDING_ML_PER_S, view::EndoscopeCamera};
 
 /// Side of a kept picture, pixels, at most.
 const SIDE: usize = 360;
@@ -23,8 +23,6 @@ const SIDE: usize = 360;
 const APART_S: f64 = 1.5;
 /// How much nearer to the capsule than before a cut must come for another picture, mm.
 const NEARER_MM: f64 = 1.0;
-/// Blood lost in a second from which bleeding is worth a picture, ml.
-const BLEEDING_ML_PER_S: f64 = 0.05;
 /// How many times worse than before it must be for another.
 const WORSE: f64 = 1.3;
 
