@@ -6,6 +6,7 @@ mod common;
 use common::{LONG, Reference, SHORT};
 use resecta::{
     assets,
+    fluid::{VesselKind, Vessels},
     instrument::{InstrumentScript, InstrumentSource, Resectoscope},
     players::{self, Player, PlayersPlugin},
     scenario::{EndReason, Medal, Report},
@@ -64,6 +65,22 @@ fn nobody_at_the_instrument_earns_nothing() {
         let report = trial.report();
         assert_eq!((report.score.total, report.score.medal), (0.0, None), "{exercise}");
     }
+}
+
+#[test]
+fn arteries_and_veins_bleed_where_haemostasis_is_practised() {
+    let mut trial = started("haemostasis");
+    trial.steps(60);
+    let world = trial.app.world_mut();
+    let mut vessels = world.query::<&Vessels>();
+    let open = vessels.iter(world).flat_map(Vessels::open).map(|open| open.vessel.kind);
+    let (arteries, veins): (Vec<_>, Vec<_>) = open.partition(|kind| *kind == VesselKind::Arterial);
+    assert!(
+        arteries.len() >= 3 && veins.len() >= 3,
+        "{} and {}",
+        arteries.len(),
+        veins.len()
+    );
 }
 
 #[test]
