@@ -62,7 +62,7 @@ fn show(
         ui.add_space(10.0);
         let height = ui.available_height() - 24.0;
         let locks: Vec<Option<Lock>> = (catalogue.entries.iter())
-            .map(|entry| catalogue.lock(entry, &history).filter(|_| !kept.all_open))
+            .map(|entry| catalogue.lock(entry, &history, kept.all_open))
             .collect();
         ui.horizontal_top(|ui| {
             menu::part(ui, [LIST_WIDTH, height], |ui| {

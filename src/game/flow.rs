@@ -373,8 +373,9 @@ fn carry_out(
             Wish::Open | Wish::Restart => {
                 if wish == Wish::Open {
                     let chosen = catalogue.entries.get(catalogue.selected);
-                    let is_locked = chosen.is_some_and(|entry| catalogue.lock(entry, &history).is_some());
-                    if is_locked && !kept.all_open {
+                    let is_locked =
+                        chosen.is_some_and(|entry| catalogue.lock(entry, &history, kept.all_open).is_some());
+                    if is_locked {
                         // What it takes stands beside the list.
                         continue;
                     }

@@ -79,8 +79,6 @@ fn the_seeds_are_accepted() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
-
     #[test]
     fn random_bytes_never_panic(kind in 0_usize..4, bytes in prop::collection::vec(any::<u8>(), 0..600)) {
         check(kind, &bytes)?;
