@@ -1,0 +1,160 @@
+//! What the grey values about the boundary look like: a statistic for each landmark in each zone of the gland.
+
+use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+
+use crate::discriminant::{Discriminant, Verdict};
+use crate::field::{Field, FieldSlice};
+use crate::gland::Gland;
+use crate::landmarks::{LANDMARKS, mirrored, normals};
+
+/// Distance between the samples of a profile along the normal, mm.
+const STEP_MM: f64 = 1.5;
+/// Samples to each side of the landmark.
+const HALF: usize = 8;
+/// Displacements to each side that a profile is judged for.
+const REACH: usize = 6;
+/// The same along the axis, at apex and base.
+const END_STEP_MM: f64 = 3.0;
+const END_HALF: usize = 4;
+const END_REACH: usize = 3;
+/// Where profiles along the axis stand about the middle of an end, mm.
+const END_COLUMNS: [DVec2; 5] = [
+    DVec2::ZERO,
+    DVec2::new(0.0, -8.0),
+    DVec2::new(0.0, 8.0),
+    DVec2::new(8.0, 0.0),
+    DVec2::new(-8.0, 0.0),
+];
+
+/// A third of the gland in height, each with statistics of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Zone {
+    /// The lowest quarter.
+    Apex,
+    /// Between.
+    Middle,
+    /// The highest quarter, towards the bladder.
+    Base,
+}
+
+impl Zone {
+    /// All, by rising height.
+    pub const ALL: [Zone; 3] = [Zone::Apex, Zone::Middle, Zone::Base];
+
+    /// The zone at a height within the gland: 0 at the lowest level, 1 at the highest.
+    pub fn at(share: f64) -> Zone {
+        match share {
+            share if share < 0.25 => Zone::Apex,
+            share if share > 0.75 => Zone::Base,
+            _ => Zone::Middle,
+        }
+    }
+}
+
+/// Grey statistics of the gland's boundary.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Appearance {
+    /// For each zone, for each landmark.
+    boundary: Vec<Vec<Discriminant>>,
+    /// Along the axis at apex and base.
+    ends: Vec<Discriminant>,
+}
+
+/// One gland to learn from, its images made ready, and its mirror image.
+pub(crate) struct Seen<'a> {
+    pub field: &'a Field,
+    pub gland: &'a Gland,
+    pub is_mirrored: bool,
+}
+
+impl Appearance {
+    pub fn of(cases: &[Seen]) -> Appearance {
+        let none = || vec![Vec::new(); 2 * REACH + 1];
+        let mut samples: Vec<Vec<Vec<Vec<Vec<f32>>>>> = vec![vec![none(); LANDMARKS]; Zone::ALL.len()];
+        let mut end_samples = vec![vec![Vec::new(); 2 * END_REACH + 1]; 2];
+        for case in cases {
+            for slice in &case.field.slices {
+                let Some(section) = case.gland.section(slice.z) else { continue };
+                let zone = Zone::at(case.gland.share_of(slice.z)) as usize;
+                for (landmark, normal) in normals(&section).into_iter().enumerate() {
+                    for displacement in 0..=2 * REACH {
+                        let shift = (displacement as f64 - REACH as f64) * STEP_MM;
+                        let profile = profile(slice, section[landmark] + shift * normal, normal);
+                        samples[zone][landmark][displacement].push(profile.to_vec());
+                    }
+                }
+            }
+            for (end, samples) in end_samples.iter_mut().enumerate() {
+                for (displacement, samples) in samples.iter_mut().enumerate() {
+                    let shift = (displacement as f64 - END_REACH as f64) * END_STEP_MM;
+                    samples.push(end_profile(case.field, case.gland, end, shift));
+                }
+            }
+            debug_assert!(!case.is_mirrored || mirrored(mirrored(1)) == 1);
+        }
+        Appearance {
+            boundary: samples
+                .iter()
+                .map(|zone| zone.iter().map(|landmark| Discriminant::of(landmark)).collect())
+                .collect(),
+            ends: end_samples.iter().map(|end| Discriminant::of(end)).collect(),
+        }
+    }
+
+    /// What a section's landmarks see in a slice.
+    pub(crate) fn judge<'a>(
+        &'a self,
+        slice: &'a FieldSlice,
+        zone: Zone,
+        section: &'a [DVec2],
+    ) -> impl Iterator<Item = Verdict> + 'a {
+        let count = section.len();
+        let statistics = &self.boundary[zone as usize];
+        (0..count).map(move |landmark| {
+            let along = section[(landmark + 1) % count] - section[(landmark + count - 1) % count];
+            let normal = DVec2::new(along.y, -along.x).normalize_or_zero();
+            statistics[landmark].judge(&profile(slice, section[landmark], normal))
+        })
+    }
+
+    /// What the images show about an end of the gland: 0 apex, 1 base. A displacement counts upwards.
+    pub(crate) fn judge_end(&self, field: &Field, gland: &Gland, end: usize) -> Verdict {
+        self.ends[end].judge(&end_profile(field, gland, end, 0.0))
+    }
+}
+
+/// Grey values from inside to outside.
+fn profile(slice: &FieldSlice, place: DVec2, normal: DVec2) -> [f32; 2 * HALF + 1] {
+    std::array::from_fn(|sample| slice.at(place + normal * ((sample as f64 - HALF as f64) * STEP_MM)))
+}
+
+fn end_profile(field: &Field, gland: &Gland, end: usize, shift: f64) -> Vec<f32> {
+    // The outlines of the very ends are small and irregular; the next level has a better middle.
+    let level = if end == 0 { &gland.levels[1] } else { &gland.levels[gland.levels.len() - 2] };
+    let middle = level.iter().sum::<DVec2>() / level.len() as f64;
+    let mut profile = Vec::with_capacity(END_COLUMNS.len() * (2 * END_HALF + 1));
+    for column in END_COLUMNS {
+        for sample in 0..=2 * END_HALF {
+            let z = gland.ends[end] + shift + (sample as f64 - END_HALF as f64) * END_STEP_MM;
+            profile.push(field.at((middle + column).extend(z)));
+        }
+    }
+    profile
+}
+
+/// Root mean square of displacements, mm, and mean surprise.
+pub(crate) fn rms_mm(verdicts: &[Verdict]) -> f64 {
+    let squares: f64 = verdicts
+        .iter()
+        .map(|verdict| (f64::from(verdict.displacement) * STEP_MM).powi(2))
+        .sum();
+    (squares / verdicts.len().max(1) as f64).sqrt()
+}
+
+/// The place of an end of a gland, mm.
+pub(crate) fn end_place(gland: &Gland, end: usize) -> DVec3 {
+    let level = if end == 0 { &gland.levels[0] } else { &gland.levels[gland.levels.len() - 1] };
+    (level.iter().sum::<DVec2>() / level.len() as f64).extend(gland.ends[end])
+}

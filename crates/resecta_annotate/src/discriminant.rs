@@ -1,0 +1,96 @@
+//! Linear discriminants: where along a line a boundary lies, from the grey values on it.
+//!
+//! For each displacement of a landmark from the true boundary, training gives the mean grey profile seen there; the
+//! covariance is shared. The Mahalanobis distances to these means make a posterior over displacements, so a profile that
+//! tells nothing counts little, where the distance to the mean at the boundary alone would not know.
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+/// Scores of displacements, linear in the profile.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Discriminant {
+    /// A displacement's weights of the samples, one displacement after the other.
+    weights: Vec<f32>,
+    /// What is added to a displacement's score.
+    offsets: Vec<f32>,
+}
+
+/// Share of the mean variance that is added to every variance, against directions that training hardly saw.
+const SHRINK: f64 = 0.1;
+
+/// What a profile says about the displacement of its landmark.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Verdict {
+    /// Minus the logarithm of the probability that it is not displaced.
+    pub surprise: f32,
+    /// Expected displacement in steps, positive if the landmark lies outside the boundary.
+    pub displacement: f32,
+}
+
+impl Discriminant {
+    /// Learns from profiles: `samples[displacement]` holds those seen at that displacement, all equally long.
+    pub fn of(samples: &[Vec<Vec<f32>>]) -> Discriminant {
+        let length = samples.iter().flatten().next().map_or(0, Vec::len);
+        let means: Vec<DVector<f64>> = samples
+            .iter()
+            .map(|group| {
+                let mut mean = DVector::zeros(length);
+                for sample in group {
+                    for (sum, value) in mean.iter_mut().zip(sample) {
+                        *sum += f64::from(*value) / group.len() as f64;
+                    }
+                }
+                mean
+            })
+            .collect();
+        let mut covariance = DMatrix::<f64>::zeros(length, length);
+        let mut count = 0.0_f64;
+        for (group, mean) in samples.iter().zip(&means) {
+            for sample in group {
+                let away = DVector::from_iterator(length, sample.iter().map(|value| f64::from(*value))) - mean;
+                covariance.ger(1.0, &away, &away, 1.0);
+                count += 1.0;
+            }
+        }
+        covariance /= count.max(1.0);
+        let mean_variance = (covariance.trace() / length.max(1) as f64).max(1e-6);
+        for axis in 0..length {
+            covariance[(axis, axis)] += SHRINK * mean_variance;
+        }
+        let (mut weights, mut offsets) = (Vec::new(), Vec::new());
+        // A covariance with something on its diagonal has a Cholesky factor.
+        if let Some(factor) = covariance.cholesky() {
+            for mean in &means {
+                let solved = factor.solve(mean);
+                weights.extend(solved.iter().map(|value| *value as f32));
+                offsets.push((-0.5 * mean.dot(&solved)) as f32);
+            }
+        }
+        Discriminant { weights, offsets }
+    }
+
+    /// Judges a profile. Displacements run evenly from one side to the other, the middle one is none.
+    pub fn judge(&self, profile: &[f32]) -> Verdict {
+        let mut scores = [0.0_f32; MOST];
+        let count = self.offsets.len().min(MOST);
+        let mut largest = f32::NEG_INFINITY;
+        for (index, weights) in self.weights.chunks_exact(profile.len()).take(count).enumerate() {
+            let score: f32 = weights.iter().zip(profile).map(|(weight, value)| weight * value).sum();
+            scores[index] = score + self.offsets[index];
+            largest = largest.max(scores[index]);
+        }
+        let middle = count / 2;
+        let (mut sum, mut moment) = (0.0, 0.0);
+        for (index, score) in scores[..count].iter().enumerate() {
+            let likelihood = (score - largest).exp();
+            sum += likelihood;
+            moment += likelihood * (index as f32 - middle as f32);
+        }
+        Verdict { surprise: sum.ln() + largest - scores[middle], displacement: moment / sum }
+    }
+}
+
+/// Most displacements of a discriminant.
+const MOST: usize = 16;
