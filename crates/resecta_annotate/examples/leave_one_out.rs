@@ -7,7 +7,7 @@ use resecta_anatomy::import::{MaskOptions, nifti_mask};
 use resecta_annotate::compare::{Overlap, mean_distance_mm};
 use resecta_annotate::experiment;
 use resecta_annotate::gland::Gland;
-use resecta_annotate::image::{Image, ImageSlice, Stack};
+use resecta_annotate::{Image, ImageSlice, Stack};
 use resecta_annotate::model::{Model, TrainingCase};
 
 fn load(dir: &Path, name: &str) -> TrainingCase {
@@ -24,7 +24,7 @@ fn load(dir: &Path, name: &str) -> TrainingCase {
             }
             ImageSlice {
                 z_mm: z as f64 * 1.6,
-                image: Image { width: size[1], height: size[0], spacing_mm: [1.6; 2], origin_mm: [0.0; 2], valid: vec![true; grey.len()], grey },
+                image: Image::new([size[1], size[0]], [1.6; 2], [0.0; 2], grey).expect("image"),
             }
         })
         .collect();
@@ -32,7 +32,7 @@ fn load(dir: &Path, name: &str) -> TrainingCase {
     let case = nifti_mask(&dir.join("labels").join(name), &options).expect("label");
     TrainingCase {
         name: case.name.clone(),
-        stack: Stack { slices },
+        stack: Stack::new(slices).expect("stack"),
         outlines: case.slices.into_iter().map(|slice| (slice.z, slice.capsule)).collect(),
     }
 }
@@ -44,7 +44,7 @@ fn score(stack: &Stack, truth: &[(f64, Vec<DVec2>)], found: &Gland) -> Score {
     let (low, high) = (truth[0].0 - 0.8, truth[truth.len() - 1].0 + 0.8);
     let mut zones = [Overlap::default(); 4];
     let mut distances = Vec::new();
-    for slice in &stack.slices {
+    for slice in stack.slices() {
         let none = Vec::new();
         let outline = truth.iter().find(|(z, _)| (z - slice.z_mm).abs() < 0.01).map_or(&none, |(_, outline)| outline);
         let section = found.section(slice.z_mm).unwrap_or_default();

@@ -2,10 +2,12 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::image::Stack;
+use crate::{Image, Stack};
 
 /// Added to the grey value, as a share of the stack's mean, before its logarithm is taken: below it is darkness.
 const DARK: f32 = 0.1;
+/// About the size of the pixels measured in, mm: speckle is averaged, a boundary is not.
+const PIXEL_MM: f64 = 1.5;
 /// Grey from which a pixel counts for the mean.
 const LIT: f32 = 0.01;
 
@@ -27,24 +29,23 @@ pub(crate) struct FieldSlice {
 
 impl Field {
     pub fn of(stack: &Stack) -> Field {
+        let coarse: Vec<(f64, Coarse)> =
+            stack.slices().iter().map(|slice| (slice.z_mm, Coarse::of(&slice.image))).collect();
         let (mut sum, mut count) = (0.0_f64, 0_usize);
-        for grey in stack.slices.iter().flat_map(|slice| &slice.image.grey) {
+        for grey in coarse.iter().flat_map(|(_, coarse)| &coarse.grey) {
             if *grey > LIT {
                 sum += f64::from(*grey);
                 count += 1;
             }
         }
         let mean = if count > 0 { (sum / count as f64) as f32 } else { 1.0 };
-        let slices = stack.slices.iter().map(|slice| {
-            let image = &slice.image;
-            FieldSlice {
-                z: slice.z_mm,
-                width: image.width,
-                height: image.height,
-                spacing: DVec2::from_array(image.spacing_mm),
-                origin: DVec2::from_array(image.origin_mm),
-                log: image.grey.iter().map(|grey| (grey.max(0.0) / mean + DARK).ln()).collect(),
-            }
+        let slices = coarse.into_iter().map(|(z, coarse)| FieldSlice {
+            z,
+            width: coarse.size[0],
+            height: coarse.size[1],
+            spacing: coarse.spacing,
+            origin: coarse.origin,
+            log: coarse.grey.iter().map(|grey| (grey / mean + DARK).ln()).collect(),
         });
         Field { slices: slices.collect() }
     }
@@ -68,17 +69,71 @@ impl Field {
         mirror
     }
 
-    /// The value at a place, between slices too; the nearest one holds beyond the ends.
+    /// The image at a height, between two slices; the first and last hold beyond the ends.
+    pub fn between(&self, z: f64) -> Between<'_> {
+        let last = self.slices.len() - 1;
+        let above = self.slices.partition_point(|slice| slice.z < z).min(last);
+        let below = above.saturating_sub(1);
+        let (low, high) = (&self.slices[below], &self.slices[above]);
+        let share = if above > below { ((z - low.z) / (high.z - low.z)).clamp(0.0, 1.0) } else { 0.0 };
+        Between { low, high, share: share as f32 }
+    }
+
+    /// The value at a place.
     pub fn at(&self, place: DVec3) -> f32 {
-        let above = self.slices.partition_point(|slice| slice.z < place.z);
-        let flat = place.truncate();
-        match (above.checked_sub(1).map(|below| &self.slices[below]), self.slices.get(above)) {
-            (Some(low), Some(high)) => {
-                let share = ((place.z - low.z) / (high.z - low.z)) as f32;
-                low.at(flat) * (1.0 - share) + high.at(flat) * share
+        self.between(place.z).at(place.truncate())
+    }
+}
+
+/// The image between two slices.
+pub(crate) struct Between<'a> {
+    low: &'a FieldSlice,
+    high: &'a FieldSlice,
+    share: f32,
+}
+
+impl Between<'_> {
+    #[inline]
+    pub fn at(&self, place: DVec2) -> f32 {
+        let (low, high) = (self.low.at(place), self.high.at(place));
+        low + self.share * (high - low)
+    }
+}
+
+/// An image averaged to pixels of about [`PIXEL_MM`]; what is not shown is black.
+struct Coarse {
+    size: [usize; 2],
+    spacing: DVec2,
+    origin: DVec2,
+    grey: Vec<f32>,
+}
+
+impl Coarse {
+    fn of(image: &Image) -> Coarse {
+        let fine = DVec2::from_array(image.spacing_mm());
+        let full = [image.width(), image.height()];
+        let block = [0, 1].map(|axis| ((PIXEL_MM / fine[axis]).round() as usize).clamp(1, full[axis] / 2));
+        let size = [full[0] / block[0], full[1] / block[1]];
+        let mut grey = Vec::with_capacity(size[0] * size[1]);
+        for row in 0..size[1] {
+            for column in 0..size[0] {
+                let mut sum = 0.0;
+                for y in row * block[1]..(row + 1) * block[1] {
+                    for x in column * block[0]..(column + 1) * block[0] {
+                        if image.is_shown(x, y) {
+                            sum += image.grey()[y * full[0] + x];
+                        }
+                    }
+                }
+                grey.push(sum / (block[0] * block[1]) as f32);
             }
-            (Some(end), None) | (None, Some(end)) => end.at(flat),
-            (None, None) => 0.0,
+        }
+        let block = DVec2::new(block[0] as f64, block[1] as f64);
+        Coarse {
+            size,
+            spacing: fine * block,
+            origin: DVec2::from_array(image.origin_mm()) + 0.5 * (block - 1.0) * fine,
+            grey,
         }
     }
 }

@@ -10,6 +10,8 @@ use crate::principal::Modes;
 
 /// Levels of the model, evenly from the lowest slice to the highest.
 pub const LEVELS: usize = 11;
+/// Heights at which a gland is compared with images: about as many as a stack of thin slices shows of it.
+const HEIGHTS: usize = 20;
 /// Parameters of the pose: translation along x, y and z, and the logarithm of the scale.
 pub const POSE: usize = 4;
 
@@ -46,6 +48,14 @@ impl Gland {
     /// Height within the gland: 0 at the lowest level, 1 at the highest.
     pub fn share_of(&self, z: f64) -> f64 {
         (z - self.ends[0]) / (self.ends[1] - self.ends[0])
+    }
+
+    /// Heights at which the gland is compared with images: their shares of the whole, and in mm.
+    pub(crate) fn heights(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        (0..HEIGHTS).map(|height| {
+            let share = (height as f64 + 0.5) / HEIGHTS as f64;
+            (share, self.ends[0] + share * (self.ends[1] - self.ends[0]))
+        })
     }
 
     /// The landmarks at a height; none below the lowest and above the highest level.

@@ -1,21 +1,34 @@
-//! From ultrasound images to a case.
+//! From ultrasound images to the contours of a case: images in, outlines out.
+//!
+//! A [`Stack`] holds transverse images of one gland with their geometry in the axes of every case: `+x` patient left, `+y`
+//! posterior, `+z` towards the bladder, mm. Nothing here knows of Bevy.
+//!
+//! | to find | look in |
+//! |---|---|
+//! | an image, a stack of them, and what makes one unusable | `image.rs`, `stack.rs`, `error.rs` |
 
 mod appearance;
 pub mod compare;
 mod discriminant;
+mod error;
 mod field;
 pub mod gland;
-pub mod image;
+mod image;
 pub mod landmarks;
 pub mod model;
 pub mod principal;
 pub mod search;
+mod stack;
+
+pub use error::ImageError;
+pub use image::{Image, MAX_PIXELS_PER_AXIS, PIXEL_SPACING_MM};
+pub use stack::{ImageSlice, MAX_IMAGES, MAX_STACK_PIXELS, Stack};
 
 pub mod experiment {
     //! Temporary.
     use crate::field::Field;
     use crate::gland::Gland;
-    use crate::image::Stack;
+    use crate::Stack;
     use crate::model::Model;
     use crate::search::*;
     /// Whole gland.

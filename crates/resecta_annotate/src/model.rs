@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::appearance::{Appearance, Seen, Zone};
 use crate::field::Field;
 use crate::gland::{Gland, GlandModel};
-use crate::image::Stack;
+use crate::Stack;
 
 /// A stack and the outlines someone drew on it.
 #[derive(Debug, Clone)]
@@ -72,9 +72,9 @@ impl Model {
     pub(crate) fn error(&self, field: &Field, weights: &[f64], centre: DVec3) -> f64 {
         let gland = self.gland.at(weights, centre);
         let (mut sum, mut count) = (0.0, 0.0);
-        for slice in &field.slices {
-            let Some(section) = gland.section(slice.z) else { continue };
-            for verdict in self.appearance.judge(slice, Zone::at(gland.share_of(slice.z)), &section) {
+        for (share, z) in gland.heights() {
+            let Some(section) = gland.section(z) else { continue };
+            for verdict in self.appearance.judge(&field.between(z), Zone::at(share), &section) {
                 sum += f64::from(verdict.surprise);
                 count += 1.0;
             }
