@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::discriminant::{Discriminant, Verdict};
-use crate::field::{Between, Field};
+use crate::field::{Field, FieldSlice};
 use crate::gland::Gland;
 use crate::landmarks::{LANDMARKS, mirrored, normals};
 
@@ -78,7 +78,7 @@ impl Appearance {
             for (share, z) in case.gland.heights() {
                 let Some(section) = case.gland.section(z) else { continue };
                 let zone = Zone::at(share) as usize;
-                let slice = &case.field.between(z);
+                let slice = case.field.plane(z);
                 for (landmark, normal) in normals(&section).into_iter().enumerate() {
                     for displacement in 0..=2 * REACH {
                         let shift = (displacement as f64 - REACH as f64) * STEP_MM;
@@ -107,7 +107,7 @@ impl Appearance {
     /// What a section's landmarks see in a slice.
     pub(crate) fn judge<'a>(
         &'a self,
-        slice: &'a Between<'a>,
+        slice: &'a FieldSlice,
         zone: Zone,
         section: &'a [DVec2],
     ) -> impl Iterator<Item = Verdict> + 'a {
@@ -127,7 +127,7 @@ impl Appearance {
 }
 
 /// Grey values from inside to outside.
-fn profile(slice: &Between, place: DVec2, normal: DVec2) -> [f32; 2 * HALF + 1] {
+fn profile(slice: &FieldSlice, place: DVec2, normal: DVec2) -> [f32; 2 * HALF + 1] {
     std::array::from_fn(|sample| slice.at(place + normal * ((sample as f64 - HALF as f64) * STEP_MM)))
 }
 

@@ -57,7 +57,7 @@ impl Discriminant {
         covariance /= count.max(1.0);
         let mean_variance = (covariance.trace() / length.max(1) as f64).max(1e-6);
         for axis in 0..length {
-            covariance[(axis, axis)] += SHRINK * mean_variance;
+            covariance[(axis, axis)] += *crate::model::SHR * mean_variance;
         }
         let (mut weights, mut offsets) = (Vec::new(), Vec::new());
         // A covariance with something on its diagonal has a Cholesky factor.
@@ -78,7 +78,7 @@ impl Discriminant {
         let mut largest = f32::NEG_INFINITY;
         for (index, weights) in self.weights.chunks_exact(profile.len()).take(count).enumerate() {
             let score: f32 = weights.iter().zip(profile).map(|(weight, value)| weight * value).sum();
-            scores[index] = score + self.offsets[index];
+            scores[index] = (score + self.offsets[index]) * *crate::model::TEMPER;
             largest = largest.max(scores[index]);
         }
         let middle = count / 2;
@@ -88,7 +88,7 @@ impl Discriminant {
             sum += likelihood;
             moment += likelihood * (index as f32 - middle as f32);
         }
-        Verdict { surprise: sum.ln() + largest - scores[middle], displacement: moment / sum }
+        Verdict { surprise: -((scores[middle] - largest).exp() / sum + *crate::model::FLOOR).ln(), displacement: moment / sum }
     }
 }
 

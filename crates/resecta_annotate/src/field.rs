@@ -8,6 +8,8 @@ use crate::{Image, Stack};
 const DARK: f32 = 0.1;
 /// About the size of the pixels measured in, mm: speckle is averaged, a boundary is not.
 const PIXEL_MM: f64 = 1.5;
+/// Distance between the planes that a stack is resampled to, mm.
+const PLANE_MM: f64 = 0.8;
 /// Grey from which a pixel counts for the mean.
 const LIT: f32 = 0.01;
 
@@ -47,7 +49,7 @@ impl Field {
             origin: coarse.origin,
             log: coarse.grey.iter().map(|grey| (grey / mean + DARK).ln()).collect(),
         });
-        Field { slices: slices.collect() }
+        Field { slices: planes(&slices.collect::<Vec<_>>()) }
     }
 
     /// Middle of the stack, mm.
@@ -69,35 +71,35 @@ impl Field {
         mirror
     }
 
-    /// The image at a height, between two slices; the first and last hold beyond the ends.
-    pub fn between(&self, z: f64) -> Between<'_> {
-        let last = self.slices.len() - 1;
-        let above = self.slices.partition_point(|slice| slice.z < z).min(last);
-        let below = above.saturating_sub(1);
-        let (low, high) = (&self.slices[below], &self.slices[above]);
-        let share = if above > below { ((z - low.z) / (high.z - low.z)).clamp(0.0, 1.0) } else { 0.0 };
-        Between { low, high, share: share as f32 }
+    /// The image at a height: the plane nearest to it; the first and last hold beyond the ends.
+    #[inline]
+    pub fn plane(&self, z: f64) -> &FieldSlice {
+        let plane = ((z - self.slices[0].z) / PLANE_MM).round().max(0.0) as usize;
+        &self.slices[plane.min(self.slices.len() - 1)]
     }
 
     /// The value at a place.
     pub fn at(&self, place: DVec3) -> f32 {
-        self.between(place.z).at(place.truncate())
+        self.plane(place.z).at(place.truncate())
     }
 }
 
-/// The image between two slices.
-pub(crate) struct Between<'a> {
-    low: &'a FieldSlice,
-    high: &'a FieldSlice,
-    share: f32,
-}
-
-impl Between<'_> {
-    #[inline]
-    pub fn at(&self, place: DVec2) -> f32 {
-        let (low, high) = (self.low.at(place), self.high.at(place));
-        low + self.share * (high - low)
-    }
+/// Planes every [`PLANE_MM`] from the first slice to the last, between slices by linear interpolation.
+fn planes(slices: &[FieldSlice]) -> Vec<FieldSlice> {
+    let (Some(first), Some(last)) = (slices.first(), slices.last()) else {
+        return Vec::new();
+    };
+    let count = ((last.z - first.z) / PLANE_MM).round() as usize + 1;
+    (0..count)
+        .map(|plane| {
+            let z = (first.z + plane as f64 * PLANE_MM).min(last.z);
+            let above = slices.partition_point(|slice| slice.z < z).min(slices.len() - 1);
+            let (low, high) = (&slices[above.saturating_sub(1)], &slices[above]);
+            let share = if high.z > low.z { ((z - low.z) / (high.z - low.z)).clamp(0.0, 1.0) as f32 } else { 0.0 };
+            let log = low.log.iter().zip(&high.log).map(|(a, b)| a + share * (b - a)).collect();
+            FieldSlice { z, log, ..high.clone() }
+        })
+        .collect()
 }
 
 /// An image averaged to pixels of about [`PIXEL_MM`]; what is not shown is black.

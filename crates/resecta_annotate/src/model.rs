@@ -34,6 +34,14 @@ pub struct Model {
 pub(crate) fn independent() -> f64 {
     std::env::var("W").ok().and_then(|w| w.parse().ok()).unwrap_or(40.0)
 }
+static WW: std::sync::LazyLock<f64> = std::sync::LazyLock::new(independent);
+static WEE: std::sync::LazyLock<f64> = std::sync::LazyLock::new(ends_weight);
+pub(crate) fn var(name: &str, or: f64) -> f64 {
+    std::env::var(name).ok().and_then(|w| w.parse().ok()).unwrap_or(or)
+}
+pub(crate) static TEMPER: std::sync::LazyLock<f32> = std::sync::LazyLock::new(|| var("T", 1.0) as f32);
+pub(crate) static FLOOR: std::sync::LazyLock<f32> = std::sync::LazyLock::new(|| var("F", 0.0) as f32);
+pub(crate) static SHR: std::sync::LazyLock<f64> = std::sync::LazyLock::new(|| var("S", 0.1));
 pub(crate) fn ends_weight() -> f64 {
     std::env::var("WE").ok().and_then(|w| w.parse().ok()).unwrap_or(1.0)
 }
@@ -74,7 +82,7 @@ impl Model {
         let (mut sum, mut count) = (0.0, 0.0);
         for (share, z) in gland.heights() {
             let Some(section) = gland.section(z) else { continue };
-            for verdict in self.appearance.judge(&field.between(z), Zone::at(share), &section) {
+            for verdict in self.appearance.judge(field.plane(z), Zone::at(share), &section) {
                 sum += f64::from(verdict.surprise);
                 count += 1.0;
             }
@@ -83,6 +91,6 @@ impl Model {
             .map(|end| f64::from(self.appearance.judge_end(field, &gland, end).surprise))
             .sum();
         let prior: f64 = weights.iter().map(|weight| weight * weight).sum();
-        independent() * sum / f64::max(count, 1.0) + ends_weight() * ends + 0.5 * prior
+        *WW * sum / f64::max(count, 1.0) + *WEE * ends + 0.5 * prior
     }
 }

@@ -20,7 +20,7 @@ pub struct GeneticOptions {
 
 impl Default for GeneticOptions {
     fn default() -> Self {
-        Self { population: 48, evaluations: 4800, patience: 25, spread: 0.8 }
+        Self { population: 48, evaluations: 2400, patience: 25, spread: 0.8 }
     }
 }
 
