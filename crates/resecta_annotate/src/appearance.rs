@@ -75,15 +75,13 @@ impl Appearance {
         let mut samples: Vec<Vec<Vec<Vec<Vec<f32>>>>> = vec![vec![none(); LANDMARKS]; Zone::ALL.len()];
         let mut end_samples = vec![vec![Vec::new(); 2 * END_REACH + 1]; 2];
         for case in cases {
-            for (share, z) in case.gland.heights() {
-                let Some(section) = case.gland.section(z) else { continue };
+            for (share, places) in case.gland.surface() {
                 let zone = Zone::at(share) as usize;
-                let slice = case.field.plane(z);
-                for (landmark, normal) in normals(&section).into_iter().enumerate() {
+                for (landmark, (place, normal)) in places.into_iter().enumerate() {
+                    let line = line(case.field, place, normal);
                     for displacement in 0..=2 * REACH {
-                        let shift = (displacement as f64 - REACH as f64) * STEP_MM;
-                        let profile = profile(slice, section[landmark] + shift * normal, normal);
-                        samples[zone][landmark][displacement].push(profile.to_vec());
+                        let profile = line[displacement..][..2 * HALF + 1].to_vec();
+                        samples[zone][landmark][displacement].push(profile);
                     }
                 }
             }
@@ -104,20 +102,9 @@ impl Appearance {
         }
     }
 
-    /// What a section's landmarks see in a slice.
-    pub(crate) fn judge<'a>(
-        &'a self,
-        slice: &'a FieldSlice,
-        zone: Zone,
-        section: &'a [DVec2],
-    ) -> impl Iterator<Item = Verdict> + 'a {
-        let count = section.len();
-        let statistics = &self.boundary[zone as usize];
-        (0..count).map(move |landmark| {
-            let along = section[(landmark + 1) % count] - section[(landmark + count - 1) % count];
-            let normal = DVec2::new(along.y, -along.x).normalize_or_zero();
-            statistics[landmark].judge(&profile(slice, section[landmark], normal))
-        })
+    /// What a landmark of a zone sees.
+    pub(crate) fn judge(&self, field: &Field, zone: Zone, landmark: usize, place: DVec3, normal: DVec3) -> Verdict {
+        self.boundary[zone as usize][landmark].judge(&profile(field, place, normal))
     }
 
     /// What the images show about an end of the gland: 0 apex, 1 base. A displacement counts upwards.
@@ -127,8 +114,13 @@ impl Appearance {
 }
 
 /// Grey values from inside to outside.
-fn profile(slice: &FieldSlice, place: DVec2, normal: DVec2) -> [f32; 2 * HALF + 1] {
-    std::array::from_fn(|sample| slice.at(place + normal * ((sample as f64 - HALF as f64) * STEP_MM)))
+fn profile(field: &Field, place: DVec3, normal: DVec3) -> [f32; 2 * HALF + 1] {
+    std::array::from_fn(|sample| field.at(place + normal * ((sample as f64 - HALF as f64) * STEP_MM)))
+}
+
+/// The same, as long as all displacements need: the profile at a displacement begins at its number.
+fn line(field: &Field, place: DVec3, normal: DVec3) -> [f32; 2 * (HALF + REACH) + 1] {
+    std::array::from_fn(|sample| field.at(place + normal * ((sample as f64 - (HALF + REACH) as f64) * STEP_MM)))
 }
 
 fn end_profile(field: &Field, gland: &Gland, end: usize, shift: f64) -> Vec<f32> {

@@ -50,23 +50,38 @@ impl Gland {
         (z - self.ends[0]) / (self.ends[1] - self.ends[0])
     }
 
-    /// Heights at which the gland is compared with images: their shares of the whole, and in mm.
-    pub(crate) fn heights(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
-        (0..HEIGHTS).map(|height| {
-            let share = (height as f64 + 0.5) / HEIGHTS as f64;
-            (share, self.ends[0] + share * (self.ends[1] - self.ends[0]))
+    /// Where the gland is compared with images: at [`HEIGHTS`] heights, given as shares of the whole, its landmarks and the
+    /// outward normals of its surface there.
+    pub(crate) fn surface(&self) -> impl Iterator<Item = (f64, Vec<(DVec3, DVec3)>)> + '_ {
+        let height = self.ends[1] - self.ends[0];
+        (0..HEIGHTS).map(move |index| {
+            let share = (index as f64 + 0.5) / HEIGHTS as f64;
+            let half = 0.5 / (LEVELS - 1) as f64;
+            let (lower, upper) = ((share - half).max(0.0), (share + half).min(1.0));
+            let (below, here, above) = (self.at_share(lower), self.at_share(share), self.at_share(upper));
+            let z = self.ends[0] + share * height;
+            let rise = (upper - lower) * height;
+            let places = (0..LANDMARKS).map(|landmark| {
+                let around = here[(landmark + 1) % LANDMARKS] - here[(landmark + LANDMARKS - 1) % LANDMARKS];
+                let up = (above[landmark] - below[landmark]).extend(rise);
+                let normal = around.extend(0.0).cross(up).normalize_or_zero();
+                (here[landmark].extend(z), normal)
+            });
+            (share, places.collect())
         })
     }
 
     /// The landmarks at a height; none below the lowest and above the highest level.
     pub fn section(&self, z: f64) -> Option<Vec<DVec2>> {
         let share = self.share_of(z);
-        (0.0..=1.0).contains(&share).then(|| {
-            let place = share * (LEVELS - 1) as f64;
-            let low = (place as usize).min(LEVELS - 2);
-            let (below, above) = (&self.levels[low], &self.levels[low + 1]);
-            below.iter().zip(above).map(|(a, b)| a.lerp(*b, place - low as f64)).collect()
-        })
+        (0.0..=1.0).contains(&share).then(|| self.at_share(share))
+    }
+
+    fn at_share(&self, share: f64) -> Vec<DVec2> {
+        let place = share * (LEVELS - 1) as f64;
+        let low = (place as usize).min(LEVELS - 2);
+        let (below, above) = (&self.levels[low], &self.levels[low + 1]);
+        below.iter().zip(above).map(|(a, b)| a.lerp(*b, place - low as f64)).collect()
     }
 
     /// Middle, mm, and size: root mean square distance of the landmarks from it, in the plane, mm.

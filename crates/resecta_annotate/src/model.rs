@@ -80,9 +80,9 @@ impl Model {
     pub(crate) fn error(&self, field: &Field, weights: &[f64], centre: DVec3) -> f64 {
         let gland = self.gland.at(weights, centre);
         let (mut sum, mut count) = (0.0, 0.0);
-        for (share, z) in gland.heights() {
-            let Some(section) = gland.section(z) else { continue };
-            for verdict in self.appearance.judge(field.plane(z), Zone::at(share), &section) {
+        for (share, places) in gland.surface() {
+            for (landmark, (place, normal)) in places.into_iter().enumerate() {
+                let verdict = self.appearance.judge(field, Zone::at(share), landmark, place, normal);
                 sum += f64::from(verdict.surprise);
                 count += 1.0;
             }
