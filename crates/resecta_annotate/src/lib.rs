@@ -6,11 +6,14 @@
 //! | to find | look in |
 //! |---|---|
 //! | an image, a stack of them, and what makes one unusable | `image.rs`, `stack.rs`, `error.rs` |
+//! | how stacks are read from files, and what a sidecar says | `read/` |
 
 mod error;
 mod image;
+mod read;
 mod stack;
 
 pub use error::ImageError;
 pub use image::{Image, MAX_PIXELS_PER_AXIS, PIXEL_SPACING_MM};
+pub use read::{Geometry, Heights, MAX_COLOURED_PERCENT, MAX_PICTURE_BYTES, SIDECAR, StackError, Window, read_stack};
 pub use stack::{ImageSlice, MAX_IMAGES, MAX_STACK_PIXELS, Stack};
