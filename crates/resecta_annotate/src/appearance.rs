@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::discriminant::{Discriminant, Verdict};
 use crate::field::{Field, FieldSlice};
 use crate::gland::Gland;
-use crate::landmarks::{LANDMARKS, mirrored, normals};
+use crate::landmarks::{LANDMARKS, normals};
 
 /// Distance between the samples of a profile along the normal, mm.
 const STEP_MM: f64 = 1.5;
@@ -56,55 +56,92 @@ impl Zone {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Appearance {
-    /// For each zone, for each landmark.
-    boundary: Vec<Vec<Discriminant>>,
+    /// For each zone, for each landmark, along the normals of the gland's surface.
+    surface: Vec<Vec<Discriminant>>,
+    /// The same along the normals of the outline, within the slice.
+    outline: Vec<Vec<Discriminant>>,
     /// Along the axis at apex and base.
     ends: Vec<Discriminant>,
 }
 
-/// One gland to learn from, its images made ready, and its mirror image.
-pub(crate) struct Seen<'a> {
-    pub field: &'a Field,
-    pub gland: &'a Gland,
-    pub is_mirrored: bool,
-}
+/// Profiles seen, by zone, landmark and displacement.
+type Samples = Vec<Vec<Vec<Vec<Vec<f32>>>>>;
 
 impl Appearance {
-    pub fn of(cases: &[Seen]) -> Appearance {
-        let none = || vec![Vec::new(); 2 * REACH + 1];
-        let mut samples: Vec<Vec<Vec<Vec<Vec<f32>>>>> = vec![vec![none(); LANDMARKS]; Zone::ALL.len()];
-        let mut end_samples = vec![vec![Vec::new(); 2 * END_REACH + 1]; 2];
-        for case in cases {
-            for (share, places) in case.gland.surface() {
+    /// Learns from glands and the stacks that show them.
+    pub(crate) fn of(cases: &[(Field, Gland)]) -> Appearance {
+        let none = || vec![vec![vec![Vec::new(); 2 * REACH + 1]; LANDMARKS]; Zone::ALL.len()];
+        let (mut surface, mut outline): (Samples, Samples) = (none(), none());
+        let mut ends = vec![vec![Vec::new(); 2 * END_REACH + 1]; 2];
+        for (field, gland) in cases {
+            for (share, places) in gland.surface() {
                 let zone = Zone::at(share) as usize;
                 for (landmark, (place, normal)) in places.into_iter().enumerate() {
-                    let line = line(case.field, place, normal);
-                    for displacement in 0..=2 * REACH {
-                        let profile = line[displacement..][..2 * HALF + 1].to_vec();
-                        samples[zone][landmark][displacement].push(profile);
+                    let flat = normal.truncate().normalize_or_zero().extend(0.0);
+                    for (samples, normal) in [(&mut surface, normal), (&mut outline, flat)] {
+                        let line = line(field, place, normal);
+                        for (displacement, samples) in samples[zone][landmark].iter_mut().enumerate() {
+                            samples.push(line[displacement..][..2 * HALF + 1].to_vec());
+                        }
                     }
                 }
             }
-            for (end, samples) in end_samples.iter_mut().enumerate() {
+            for (end, samples) in ends.iter_mut().enumerate() {
                 for (displacement, samples) in samples.iter_mut().enumerate() {
                     let shift = (displacement as f64 - END_REACH as f64) * END_STEP_MM;
-                    samples.push(end_profile(case.field, case.gland, end, shift));
+                    samples.push(end_profile(field, gland, end, shift));
                 }
             }
-            debug_assert!(!case.is_mirrored || mirrored(mirrored(1)) == 1);
         }
+        let learn = |samples: &Samples| {
+            let zone = |zone: &Vec<Vec<_>>| zone.iter().map(|landmark| Discriminant::of(landmark)).collect();
+            samples.iter().map(zone).collect()
+        };
         Appearance {
-            boundary: samples
-                .iter()
-                .map(|zone| zone.iter().map(|landmark| Discriminant::of(landmark)).collect())
-                .collect(),
-            ends: end_samples.iter().map(|end| Discriminant::of(end)).collect(),
+            surface: learn(&surface),
+            outline: learn(&outline),
+            ends: ends.iter().map(|end| Discriminant::of(end)).collect(),
         }
     }
 
-    /// What a landmark of a zone sees.
+    /// Sizes of the parts, for checking a file: field, found, expected.
+    pub(crate) fn parts(&self) -> Vec<(&'static str, usize, usize)> {
+        let mut parts = vec![("appearance.ends", self.ends.len(), 2)];
+        let samples = END_COLUMNS.len() * (2 * END_HALF + 1);
+        for end in &self.ends {
+            parts.extend(end.parts("appearance.ends", 2 * END_REACH + 1, samples));
+        }
+        for (field, zones) in [("appearance.surface", &self.surface), ("appearance.outline", &self.outline)] {
+            parts.push((field, zones.len(), Zone::ALL.len()));
+            for zone in zones {
+                parts.push((field, zone.len(), LANDMARKS));
+                for landmark in zone {
+                    parts.extend(landmark.parts(field, 2 * REACH + 1, 2 * HALF + 1));
+                }
+            }
+        }
+        parts
+    }
+
+    /// What a landmark of the gland's surface sees along its normal.
     pub(crate) fn judge(&self, field: &Field, zone: Zone, landmark: usize, place: DVec3, normal: DVec3) -> Verdict {
-        self.boundary[zone as usize][landmark].judge(&profile(field, place, normal))
+        self.surface[zone as usize][landmark].judge(&profile(field, place, normal))
+    }
+
+    /// What the landmarks of an outline see within their slice.
+    pub(crate) fn judge_outline<'a>(
+        &'a self,
+        slice: &'a FieldSlice,
+        zone: Zone,
+        section: &'a [DVec2],
+    ) -> impl Iterator<Item = Verdict> + 'a {
+        let statistics = &self.outline[zone as usize];
+        normals(section).into_iter().enumerate().map(move |(landmark, normal)| {
+            let profile: [f32; 2 * HALF + 1] = std::array::from_fn(|sample| {
+                slice.at(section[landmark] + normal * ((sample as f64 - HALF as f64) * STEP_MM))
+            });
+            statistics[landmark].judge(&profile)
+        })
     }
 
     /// What the images show about an end of the gland: 0 apex, 1 base. A displacement counts upwards.
@@ -137,17 +174,11 @@ fn end_profile(field: &Field, gland: &Gland, end: usize, shift: f64) -> Vec<f32>
     profile
 }
 
-/// Root mean square of displacements, mm, and mean surprise.
+/// Root mean square of displacements, mm.
 pub(crate) fn rms_mm(verdicts: &[Verdict]) -> f64 {
     let squares: f64 = verdicts
         .iter()
         .map(|verdict| (f64::from(verdict.displacement) * STEP_MM).powi(2))
         .sum();
     (squares / verdicts.len().max(1) as f64).sqrt()
-}
-
-/// The place of an end of a gland, mm.
-pub(crate) fn end_place(gland: &Gland, end: usize) -> DVec3 {
-    let level = if end == 0 { &gland.levels[0] } else { &gland.levels[gland.levels.len() - 1] };
-    (level.iter().sum::<DVec2>() / level.len() as f64).extend(gland.ends[end])
 }

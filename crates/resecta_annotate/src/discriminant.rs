@@ -18,7 +18,7 @@ pub struct Discriminant {
 }
 
 /// Share of the mean variance that is added to every variance, against directions that training hardly saw.
-const SHRINK: f64 = 0.1;
+const SHRINK: f64 = 0.01;
 
 /// What a profile says about the displacement of its landmark.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,7 +57,7 @@ impl Discriminant {
         covariance /= count.max(1.0);
         let mean_variance = (covariance.trace() / length.max(1) as f64).max(1e-6);
         for axis in 0..length {
-            covariance[(axis, axis)] += *crate::model::SHR * mean_variance;
+            covariance[(axis, axis)] += SHRINK * mean_variance;
         }
         let (mut weights, mut offsets) = (Vec::new(), Vec::new());
         // A covariance with something on its diagonal has a Cholesky factor.
@@ -71,14 +71,27 @@ impl Discriminant {
         Discriminant { weights, offsets }
     }
 
+    /// Sizes of the parts for so many displacements and samples: field, found, expected.
+    pub(crate) fn parts(
+        &self,
+        field: &'static str,
+        displacements: usize,
+        samples: usize,
+    ) -> [(&'static str, usize, usize); 2] {
+        [
+            (field, self.offsets.len(), displacements),
+            (field, self.weights.len(), displacements * samples),
+        ]
+    }
+
     /// Judges a profile. Displacements run evenly from one side to the other, the middle one is none.
-    pub fn judge(&self, profile: &[f32]) -> Verdict {
+    pub(crate) fn judge(&self, profile: &[f32]) -> Verdict {
         let mut scores = [0.0_f32; MOST];
         let count = self.offsets.len().min(MOST);
         let mut largest = f32::NEG_INFINITY;
         for (index, weights) in self.weights.chunks_exact(profile.len()).take(count).enumerate() {
             let score: f32 = weights.iter().zip(profile).map(|(weight, value)| weight * value).sum();
-            scores[index] = (score + self.offsets[index]) * *crate::model::TEMPER;
+            scores[index] = (score + self.offsets[index]);
             largest = largest.max(scores[index]);
         }
         let middle = count / 2;
@@ -88,7 +101,7 @@ impl Discriminant {
             sum += likelihood;
             moment += likelihood * (index as f32 - middle as f32);
         }
-        Verdict { surprise: -((scores[middle] - largest).exp() / sum + *crate::model::FLOOR).ln(), displacement: moment / sum }
+        Verdict { surprise: sum.ln() + largest - scores[middle], displacement: moment / sum }
     }
 }
 

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::landmarks::{LANDMARKS, landmarks};
 use crate::principal::Modes;
+use crate::section::moments;
 
 /// Levels of the model, evenly from the lowest slice to the highest.
 pub const LEVELS: usize = 11;
@@ -126,7 +127,6 @@ pub struct GlandModel {
 impl GlandModel {
     /// Learns from glands and the middles of the stacks that show them.
     pub fn of(glands: &[(Gland, DVec3)]) -> GlandModel {
-        let count = glands.len().max(1) as f64;
         let mut vectors = Vec::new();
         let mut poses = Vec::new();
         for (gland, stack_centre) in glands {
@@ -135,13 +135,7 @@ impl GlandModel {
             let place = middle - *stack_centre;
             poses.push([place.x, place.y, place.z, size.ln()]);
         }
-        let mut pose_mean = [0.0; POSE];
-        let mut pose_deviation = [0.0; POSE];
-        for axis in 0..POSE {
-            pose_mean[axis] = poses.iter().map(|pose| pose[axis]).sum::<f64>() / count;
-            let squares: f64 = poses.iter().map(|pose| (pose[axis] - pose_mean[axis]).powi(2)).sum();
-            pose_deviation[axis] = (squares / (count - 1.0).max(1.0)).sqrt();
-        }
+        let (pose_mean, pose_deviation) = moments(&poses);
         GlandModel { pose_mean, pose_deviation, shape: Modes::of(&vectors) }
     }
 

@@ -6,51 +6,45 @@
 //! | to find | look in |
 //! |---|---|
 //! | an image, a stack of them, and what makes one unusable | `image.rs`, `stack.rs`, `error.rs` |
+//! | how stacks are read from files, and what a sidecar says | `read/` |
+//! | landmarks of an outline, principal components | `landmarks.rs`, `principal.rs` |
+//! | the point distribution models of the whole gland and of one section | `gland.rs`, `section.rs` |
+//! | what the grey values about a boundary look like | `field.rs`, `discriminant.rs`, `appearance.rs` |
+//! | the genetic algorithm, and what it is compared with | `search/` |
+//! | training, and the file of a trained model | `model.rs`, `train.rs`, `model_file.rs` |
+//! | annotating a stack or a slice, confidence, the case made of it | `annotate.rs`, `confidence.rs` |
+//! | how well outlines agree | `compare.rs`, `score.rs` |
 
+mod annotate;
 mod appearance;
 pub mod compare;
+mod confidence;
 mod discriminant;
 mod error;
 mod field;
-pub mod gland;
+mod gland;
 mod image;
 pub mod landmarks;
-pub mod model;
+mod model;
+mod model_file;
 pub mod principal;
+mod read;
+mod score;
 pub mod search;
+mod section;
 mod stack;
+mod train;
 
+pub use annotate::{AnnotateError, AnnotatedSlice, Annotation, Flag, annotate, annotate_slice};
+pub use appearance::{Appearance, Zone};
+pub use confidence::{Confidence, POOR_FIT_MM};
 pub use error::ImageError;
 pub use image::{Image, MAX_PIXELS_PER_AXIS, PIXEL_SPACING_MM};
+pub use gland::{Gland, GlandModel};
+pub use model::Model;
+pub use model_file::{MODEL_FORMAT, MODEL_VERSION, ModelError};
+pub use read::{Geometry, Heights, MAX_COLOURED_PERCENT, MAX_PICTURE_BYTES, SIDECAR, StackError, Window, read_stack};
+pub use score::{Figures, Score};
+pub use section::SectionModel;
 pub use stack::{ImageSlice, MAX_IMAGES, MAX_STACK_PIXELS, Stack};
-
-pub mod experiment {
-    //! Temporary.
-    use crate::field::Field;
-    use crate::gland::Gland;
-    use crate::Stack;
-    use crate::model::Model;
-    use crate::search::*;
-    /// Whole gland.
-    pub fn fit(model: &Model, stack: &Stack, seed: u64) -> (Gland, Found, Vec<f64>) {
-        let field = Field::of(stack);
-        let centre = field.centre();
-        let start = vec![0.0; model.gland.dimensions()];
-        let error = |weights: &[f64]| model.error(&field, weights, centre);
-        let found = genetic(&[start], &GeneticOptions::default(), seed, error);
-        let refined = local(&found.weights, 2000, error);
-        (model.gland.at(&refined.weights, centre), refined, vec![])
-    }
-    /// Mean.
-    pub fn mean(model: &Model, stack: &Stack) -> Gland {
-        let field = Field::of(stack);
-        model.gland.at(&vec![0.0; model.gland.dimensions()], field.centre())
-    }
-    /// Best the model can.
-    pub fn best(model: &Model, stack: &Stack, truth: &Gland) -> (Gland, f64) {
-        let field = Field::of(stack);
-        let w = model.gland.weights_of(truth, field.centre());
-        let e = model.error(&field, &w, field.centre());
-        (model.gland.at(&w, field.centre()), e)
-    }
-}
+pub use train::{TrainError, TrainingCase};

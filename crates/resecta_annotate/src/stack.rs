@@ -78,9 +78,22 @@ impl Stack {
         })
     }
 
+    /// The same stack, with what was not taken from its files as it stood.
+    pub(crate) fn with_notes(mut self, notes: Vec<Approximation>) -> Stack {
+        self.notes = notes;
+        self
+    }
+
     /// The images, from apex to base; at least one.
     pub fn slices(&self) -> &[ImageSlice] {
         &self.slices
+    }
+}
+
+pub(crate) fn note(what: impl Into<String>, rule: impl Into<String>) -> Approximation {
+    Approximation {
+        what: what.into(),
+        rule: rule.into(),
     }
 }
 
