@@ -22,15 +22,25 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for name in names {
         let geometry = Geometry {
             spacing: Some([spacing; 2]),
-            z: Some(Heights::Even { first: 0.0, distance: spacing }),
+            z: Some(Heights::Even {
+                first: 0.0,
+                distance: spacing,
+            }),
             axes: Some(Axes::PLS),
             ..Geometry::default()
         };
         let stack = read_stack(&folder.join("images").join(&name), &geometry)?;
-        let mask = MaskOptions { spacing_mm: Some([spacing; 3]), ..MaskOptions::default() };
+        let mask = MaskOptions {
+            spacing_mm: Some([spacing; 3]),
+            ..MaskOptions::default()
+        };
         let case = nifti_mask(&folder.join("labels").join(&name), &mask)?;
         let outlines = case.slices.into_iter().map(|slice| (slice.z, slice.capsule)).collect();
-        cases.push(TrainingCase { name: case.name, stack, outlines });
+        cases.push(TrainingCase {
+            name: case.name,
+            stack,
+            outlines,
+        });
     }
     let start = std::time::Instant::now();
     let model = Model::train(&cases, "", 1, |_, _| {})?;

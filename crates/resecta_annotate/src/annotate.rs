@@ -1,8 +1,8 @@
 //! Annotation: from a stack of images to the outlines of the gland, with what is to be thought of them.
 //!
 //! First the model of the whole gland is fitted to the whole stack by the genetic algorithm, so that apex and base are found
-//! with the rest and clear slices help unclear ones. Then each slice may move a little from there, from the middle outwards,
-//! beginning with what its neighbour found.
+//! with the rest and clear slices help unclear ones. Then, where training showed that it pays, each slice may move a little
+//! from there, from the middle outwards, beginning with what its neighbour found.
 
 use glam::DVec2;
 use resecta_anatomy::{Approximation, Case, CaseRuleError, CaseSource, Landmarks, MIN_SLICES, Slice, Unit, contour};
@@ -160,7 +160,15 @@ pub fn annotate(
             expected: Some(&expected),
             start: Some(&start),
         };
-        let (weights, capsule, looked) = search.run(seed.wrapping_add(1 + image as u64));
+        let (weights, capsule, looked) = if model.adjusts_slices {
+            search.run(seed.wrapping_add(1 + image as u64))
+        } else {
+            (
+                model.section.weights_of(&expected, search.slice.centre()),
+                expected.clone(),
+                0,
+            )
+        };
         evaluations += looked;
         let mut slice = search.report(&images[image].image, image, z, weights, capsule);
         if at_limit(&found.weights[..POSE]) {
@@ -193,7 +201,10 @@ pub fn annotate_slice(
 ) -> Result<AnnotatedSlice, AnnotateError> {
     let images = stack.slices();
     let Some(shown) = images.get(image) else {
-        return Err(AnnotateError::NoImage { index: image, count: images.len() });
+        return Err(AnnotateError::NoImage {
+            index: image,
+            count: images.len(),
+        });
     };
     let field = Field::of(stack);
     let marked = start.and_then(crate::landmarks::landmarks);
@@ -269,21 +280,31 @@ impl SliceSearch<'_> {
             }
         };
         let weights_at = |offsets: &[f64]| -> Vec<f64> {
-            (0..dimensions).map(|axis| middle[axis] + deviation[axis] * offsets[axis]).collect()
+            (0..dimensions)
+                .map(|axis| middle[axis] + deviation[axis] * offsets[axis])
+                .collect()
         };
         let outline_at = |offsets: &[f64]| -> Vec<DVec2> {
             let outline = section.at(&weights_at(offsets), centre);
             outline.iter().zip(&rest).map(|(place, rest)| *place + *rest).collect()
         };
-        let error =
-            |offsets: &[f64]| self.model.outline_error(self.slice, self.zone, &outline_at(offsets), offsets);
+        let error = |offsets: &[f64]| {
+            self.model
+                .outline_error(self.slice, self.zone, &outline_at(offsets), offsets)
+        };
         let mut starts = vec![vec![0.0; dimensions]];
         if let Some(start) = self.start {
             let weights = section.weights_of(start, centre);
-            let offset = |axis: usize| ((weights[axis] - middle[axis]) / deviation[axis]).clamp(-WEIGHT_LIMIT, WEIGHT_LIMIT);
+            let offset =
+                |axis: usize| ((weights[axis] - middle[axis]) / deviation[axis]).clamp(-WEIGHT_LIMIT, WEIGHT_LIMIT);
             starts.push((0..dimensions).map(offset).collect());
         }
-        let options = GeneticOptions { population: 32, evaluations: 960, patience: 12, ..GeneticOptions::default() };
+        let options = GeneticOptions {
+            population: 32,
+            evaluations: 960,
+            patience: 12,
+            ..GeneticOptions::default()
+        };
         let found = genetic(&starts, &options, seed, error);
         let refined = local(&found.weights, REFINEMENT, error);
         let mut offsets = refined.weights;
@@ -293,13 +314,25 @@ impl SliceSearch<'_> {
             }
             offsets[SECTION_POSE..].iter_mut().for_each(|offset| *offset *= 0.8);
         }
-        (weights_at(&offsets), outline_at(&offsets), found.evaluations + refined.evaluations)
+        (
+            weights_at(&offsets),
+            outline_at(&offsets),
+            found.evaluations + refined.evaluations,
+        )
     }
 
     fn evidence(&self, capsule: &[DVec2]) -> Evidence {
-        let verdicts: Vec<Verdict> = self.model.appearance.judge_outline(self.slice, self.zone, capsule).collect();
+        let verdicts: Vec<Verdict> = self
+            .model
+            .appearance
+            .judge_outline(self.slice, self.zone, capsule)
+            .collect();
         let surprise = verdicts.iter().map(|verdict| f64::from(verdict.surprise)).sum::<f64>();
-        Evidence { zone: self.zone, rms_mm: rms_mm(&verdicts), surprise: surprise / verdicts.len().max(1) as f64 }
+        Evidence {
+            zone: self.zone,
+            rms_mm: rms_mm(&verdicts),
+            surprise: surprise / verdicts.len().max(1) as f64,
+        }
     }
 
     fn report(&self, shown: &Image, image: usize, z_mm: f64, weights: Vec<f64>, capsule: Vec<DVec2>) -> AnnotatedSlice {
@@ -316,7 +349,15 @@ impl SliceSearch<'_> {
         if self.expected.is_none() && at_limit(&weights) {
             flags.push(Flag::Unusual);
         }
-        AnnotatedSlice { image, z_mm, zone: self.zone, capsule, weights, error_mm, flags }
+        AnnotatedSlice {
+            image,
+            z_mm,
+            zone: self.zone,
+            capsule,
+            weights,
+            error_mm,
+            flags,
+        }
     }
 }
 
@@ -327,8 +368,13 @@ impl Annotation {
         self.slices
             .iter()
             .map(|slice| {
-                let search =
-                    SliceSearch { model, slice: field.plane(slice.z_mm), zone: slice.zone, expected: None, start: None };
+                let search = SliceSearch {
+                    model,
+                    slice: field.plane(slice.z_mm),
+                    zone: slice.zone,
+                    expected: None,
+                    start: None,
+                };
                 search.evidence(&slice.capsule)
             })
             .collect()
@@ -369,7 +415,11 @@ impl Annotation {
 
     /// Volume of the gland, ml: the slices' areas, each as thick as the space between them.
     pub fn volume_ml(&self) -> f64 {
-        volume_ml(self.slices.iter().map(|slice| (slice.z_mm, contour::signed_area(&slice.capsule).abs())))
+        volume_ml(
+            self.slices
+                .iter()
+                .map(|slice| (slice.z_mm, contour::signed_area(&slice.capsule).abs())),
+        )
     }
 }
 
@@ -395,10 +445,20 @@ pub(crate) fn volume_ml(areas: impl Iterator<Item = (f64, f64)>) -> f64 {
     let areas: Vec<(f64, f64)> = areas.collect();
     let last = areas.len().saturating_sub(1);
     let thickness = |index: usize| {
-        let below = if index > 0 { areas[index].0 - areas[index - 1].0 } else { areas[1.min(last)].0 - areas[0].0 };
-        let above = if index < last { areas[index + 1].0 - areas[index].0 } else { below };
+        let below = if index > 0 {
+            areas[index].0 - areas[index - 1].0
+        } else {
+            areas[1.min(last)].0 - areas[0].0
+        };
+        let above = if index < last {
+            areas[index + 1].0 - areas[index].0
+        } else {
+            below
+        };
         0.5 * (below + above)
     };
-    (0..areas.len()).map(|index| areas[index].1 * thickness(index)).sum::<f64>() / 1000.0
+    (0..areas.len())
+        .map(|index| areas[index].1 * thickness(index))
+        .sum::<f64>()
+        / 1000.0
 }
-

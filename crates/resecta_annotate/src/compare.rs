@@ -23,10 +23,12 @@ impl Overlap {
     /// Of two outlines; an empty one has no area.
     pub fn of(first: &[DVec2], second: &[DVec2]) -> Overlap {
         let mut overlap = Overlap::default();
-        let (low, high) = [first, second].into_iter().flatten().fold(
-            (f64::INFINITY, f64::NEG_INFINITY),
-            |(low, high): (f64, f64), corner| (low.min(corner.y), high.max(corner.y)),
-        );
+        let (low, high) = [first, second]
+            .into_iter()
+            .flatten()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high): (f64, f64), corner| {
+                (low.min(corner.y), high.max(corner.y))
+            });
         if low > high {
             return overlap;
         }

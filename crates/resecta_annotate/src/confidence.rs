@@ -59,10 +59,15 @@ impl Confidence {
         for zone in 0..3 {
             normal[(zone, zone)] += 1e-6;
         }
-        let solved = normal.cholesky().map(|factor| factor.solve(&(design.transpose() * target)));
+        let solved = normal
+            .cholesky()
+            .map(|factor| factor.solve(&(design.transpose() * target)));
         let mut factors = [0.0; 5];
         if let Some(solved) = solved {
-            factors.iter_mut().zip(solved.iter()).for_each(|(factor, value)| *factor = *value);
+            factors
+                .iter_mut()
+                .zip(solved.iter())
+                .for_each(|(factor, value)| *factor = *value);
         }
         let most_surprise = seen.iter().map(|(evidence, _)| evidence.surprise).fold(0.0, f64::max);
         Confidence { factors, most_surprise }
@@ -74,7 +79,12 @@ impl Confidence {
             return STATED_MM[1];
         }
         let regressors = evidence.regressors();
-        let logarithm: f64 = self.factors.iter().zip(regressors).map(|(factor, value)| factor * value).sum();
+        let logarithm: f64 = self
+            .factors
+            .iter()
+            .zip(regressors)
+            .map(|(factor, value)| factor * value)
+            .sum();
         (logarithm.exp() - FLOOR_MM).clamp(STATED_MM[0], STATED_MM[1])
     }
 }
@@ -89,11 +99,24 @@ mod tests {
             .map(|index| {
                 let rms_mm = 0.5 + 0.02 * f64::from(index);
                 let zone = Zone::ALL[index as usize % 3];
-                (Evidence { zone, rms_mm, surprise: 2.0 }, 1.5 * (rms_mm + FLOOR_MM) - FLOOR_MM)
+                (
+                    Evidence {
+                        zone,
+                        rms_mm,
+                        surprise: 2.0,
+                    },
+                    1.5 * (rms_mm + FLOOR_MM) - FLOOR_MM,
+                )
             })
             .collect();
         let confidence = Confidence::of(&seen);
-        let error_mm = |rms_mm, surprise| confidence.error_mm(Evidence { zone: Zone::Middle, rms_mm, surprise });
+        let error_mm = |rms_mm, surprise| {
+            confidence.error_mm(Evidence {
+                zone: Zone::Middle,
+                rms_mm,
+                surprise,
+            })
+        };
         assert!((error_mm(2.0, 2.0) - 3.15).abs() < 0.3, "{}", error_mm(2.0, 2.0));
         assert!(error_mm(4.0, 2.0) > error_mm(1.0, 2.0));
         assert!(error_mm(1.0, 9.0) > POOR_FIT_MM);

@@ -29,35 +29,60 @@ pub(crate) struct Verdict {
     pub displacement: f32,
 }
 
-impl Discriminant {
-    /// Learns from profiles: `samples[displacement]` holds those seen at that displacement, all equally long.
-    pub fn of(samples: &[Vec<Vec<f32>>]) -> Discriminant {
-        let length = samples.iter().flatten().next().map_or(0, Vec::len);
-        let means: Vec<DVector<f64>> = samples
-            .iter()
-            .map(|group| {
-                let mut mean = DVector::zeros(length);
-                for sample in group {
-                    for (sum, value) in mean.iter_mut().zip(sample) {
-                        *sum += f64::from(*value) / group.len() as f64;
-                    }
-                }
-                mean
-            })
-            .collect();
-        let mut covariance = DMatrix::<f64>::zeros(length, length);
-        let mut count = 0.0_f64;
-        for (group, mean) in samples.iter().zip(&means) {
-            for sample in group {
-                let away = DVector::from_iterator(length, sample.iter().map(|value| f64::from(*value))) - mean;
-                covariance.ger(1.0, &away, &away, 1.0);
-                count += 1.0;
-            }
+/// Sums over the profiles seen at each displacement, from which a discriminant follows; those of neighbouring landmarks add.
+#[derive(Debug, Clone)]
+pub(crate) struct Moments {
+    /// At each displacement, how many, and the sum of the profiles.
+    count: Vec<f64>,
+    sum: Vec<DVector<f64>>,
+    /// Sum of the products of samples, all displacements together.
+    products: DMatrix<f64>,
+}
+
+impl Moments {
+    pub fn new(displacements: usize, samples: usize) -> Moments {
+        Moments {
+            count: vec![0.0; displacements],
+            sum: vec![DVector::zeros(samples); displacements],
+            products: DMatrix::zeros(samples, samples),
         }
-        covariance /= count.max(1.0);
-        let mean_variance = (covariance.trace() / length.max(1) as f64).max(1e-6);
-        for axis in 0..length {
-            covariance[(axis, axis)] += SHRINK * mean_variance;
+    }
+
+    pub fn add(&mut self, displacement: usize, profile: &[f32]) {
+        let profile = DVector::from_iterator(profile.len(), profile.iter().map(|value| f64::from(*value)));
+        self.count[displacement] += 1.0;
+        self.sum[displacement] += &profile;
+        self.products.ger(1.0, &profile, &profile, 1.0);
+    }
+
+    pub fn merge(&mut self, other: &Moments) {
+        for (displacement, sum) in self.sum.iter_mut().enumerate() {
+            self.count[displacement] += other.count[displacement];
+            *sum += &other.sum[displacement];
+        }
+        self.products += &other.products;
+    }
+}
+
+impl Discriminant {
+    /// Learns from sums of profiles.
+    pub(crate) fn of(moments: &Moments) -> Discriminant {
+        let means: Vec<DVector<f64>> = moments
+            .sum
+            .iter()
+            .zip(&moments.count)
+            .map(|(sum, count)| sum / count.max(1.0))
+            .collect();
+        // Within the displacements: what the means do not explain.
+        let mut covariance = moments.products.clone();
+        for (mean, count) in means.iter().zip(&moments.count) {
+            covariance.ger(-count, mean, mean, 1.0);
+        }
+        covariance /= moments.count.iter().sum::<f64>().max(1.0);
+        let samples = covariance.nrows();
+        let mean_variance = (covariance.trace() / samples.max(1) as f64).max(1e-6);
+        for sample in 0..samples {
+            covariance[(sample, sample)] += SHRINK * mean_variance;
         }
         let (mut weights, mut offsets) = (Vec::new(), Vec::new());
         // A covariance with something on its diagonal has a Cholesky factor.
@@ -101,7 +126,10 @@ impl Discriminant {
             sum += likelihood;
             moment += likelihood * (index as f32 - middle as f32);
         }
-        Verdict { surprise: sum.ln() + largest - scores[middle], displacement: moment / sum }
+        Verdict {
+            surprise: sum.ln() + largest - scores[middle],
+            displacement: moment / sum,
+        }
     }
 }
 

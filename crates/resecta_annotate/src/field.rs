@@ -31,8 +31,11 @@ pub(crate) struct FieldSlice {
 
 impl Field {
     pub fn of(stack: &Stack) -> Field {
-        let coarse: Vec<(f64, Coarse)> =
-            stack.slices().iter().map(|slice| (slice.z_mm, Coarse::of(&slice.image))).collect();
+        let coarse: Vec<(f64, Coarse)> = stack
+            .slices()
+            .iter()
+            .map(|slice| (slice.z_mm, Coarse::of(&slice.image)))
+            .collect();
         let (mut sum, mut count) = (0.0_f64, 0_usize);
         for grey in coarse.iter().flat_map(|(_, coarse)| &coarse.grey) {
             if *grey > LIT {
@@ -49,7 +52,9 @@ impl Field {
             origin: coarse.origin,
             log: coarse.grey.iter().map(|grey| (grey / mean + DARK).ln()).collect(),
         });
-        Field { slices: planes(&slices.collect::<Vec<_>>()) }
+        Field {
+            slices: planes(&slices.collect::<Vec<_>>()),
+        }
     }
 
     /// Middle of the stack, mm.
@@ -95,8 +100,17 @@ fn planes(slices: &[FieldSlice]) -> Vec<FieldSlice> {
             let z = (first.z + plane as f64 * PLANE_MM).min(last.z);
             let above = slices.partition_point(|slice| slice.z < z).min(slices.len() - 1);
             let (low, high) = (&slices[above.saturating_sub(1)], &slices[above]);
-            let share = if high.z > low.z { ((z - low.z) / (high.z - low.z)).clamp(0.0, 1.0) as f32 } else { 0.0 };
-            let log = low.log.iter().zip(&high.log).map(|(a, b)| a + share * (b - a)).collect();
+            let share = if high.z > low.z {
+                ((z - low.z) / (high.z - low.z)).clamp(0.0, 1.0) as f32
+            } else {
+                0.0
+            };
+            let log = low
+                .log
+                .iter()
+                .zip(&high.log)
+                .map(|(a, b)| a + share * (b - a))
+                .collect();
             FieldSlice { z, log, ..high.clone() }
         })
         .collect()

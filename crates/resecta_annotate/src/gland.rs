@@ -38,12 +38,17 @@ impl Gland {
         }
         let levels = (0..LEVELS).map(|level| {
             let z = ends[0] + (ends[1] - ends[0]) * level as f64 / (LEVELS - 1) as f64;
-            let above = marked.partition_point(|(height, _)| *height < z).clamp(1, marked.len() - 1);
+            let above = marked
+                .partition_point(|(height, _)| *height < z)
+                .clamp(1, marked.len() - 1);
             let (low, high) = (&marked[above - 1], &marked[above]);
             let share = ((z - low.0) / (high.0 - low.0)).clamp(0.0, 1.0);
             low.1.iter().zip(&high.1).map(|(a, b)| a.lerp(*b, share)).collect()
         });
-        Some(Gland { ends, levels: levels.collect() })
+        Some(Gland {
+            ends,
+            levels: levels.collect(),
+        })
     }
 
     /// Height within the gland: 0 at the lowest level, 1 at the highest.
@@ -82,15 +87,27 @@ impl Gland {
         let place = share * (LEVELS - 1) as f64;
         let low = (place as usize).min(LEVELS - 2);
         let (below, above) = (&self.levels[low], &self.levels[low + 1]);
-        below.iter().zip(above).map(|(a, b)| a.lerp(*b, place - low as f64)).collect()
+        below
+            .iter()
+            .zip(above)
+            .map(|(a, b)| a.lerp(*b, place - low as f64))
+            .collect()
     }
 
     /// Middle, mm, and size: root mean square distance of the landmarks from it, in the plane, mm.
     fn pose(&self) -> (DVec3, f64) {
         let count = (LEVELS * LANDMARKS) as f64;
         let middle = self.levels.iter().flatten().sum::<DVec2>() / count;
-        let squares: f64 = self.levels.iter().flatten().map(|place| place.distance_squared(middle)).sum();
-        (middle.extend(0.5 * (self.ends[0] + self.ends[1])), (squares / count).sqrt())
+        let squares: f64 = self
+            .levels
+            .iter()
+            .flatten()
+            .map(|place| place.distance_squared(middle))
+            .sum();
+        (
+            middle.extend(0.5 * (self.ends[0] + self.ends[1])),
+            (squares / count).sqrt(),
+        )
     }
 
     /// Coordinates about the middle in units of the size, then the height, weighted as all the landmarks' heights together.
@@ -136,7 +153,11 @@ impl GlandModel {
             poses.push([place.x, place.y, place.z, size.ln()]);
         }
         let (pose_mean, pose_deviation) = moments(&poses);
-        GlandModel { pose_mean, pose_deviation, shape: Modes::of(&vectors) }
+        GlandModel {
+            pose_mean,
+            pose_deviation,
+            shape: Modes::of(&vectors),
+        }
     }
 
     /// Parameters: pose, then modes.

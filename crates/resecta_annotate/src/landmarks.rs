@@ -51,7 +51,11 @@ pub fn landmarks(outline: &[DVec2]) -> Option<Vec<DVec2>> {
     let places = (0..LANDMARKS).map(|landmark| {
         let (from, to) = (marks[landmark / quarter], marks[landmark / quarter + 1]);
         let share = (landmark % quarter) as f64 / quarter as f64;
-        at_length(&outline, &lengths, (first + from + share * (to - from)).rem_euclid(total))
+        at_length(
+            &outline,
+            &lengths,
+            (first + from + share * (to - from)).rem_euclid(total),
+        )
     });
     Some(places.collect())
 }
@@ -80,7 +84,11 @@ fn at_length(outline: &[DVec2], lengths: &[f64], length: f64) -> DVec2 {
         .saturating_sub(1)
         .min(outline.len() - 1);
     let step = lengths[edge + 1] - lengths[edge];
-    let share = if step > 0.0 { (length - lengths[edge]) / step } else { 0.0 };
+    let share = if step > 0.0 {
+        (length - lengths[edge]) / step
+    } else {
+        0.0
+    };
     outline[edge].lerp(outline[(edge + 1) % outline.len()], share)
 }
 

@@ -39,8 +39,8 @@ pub use annotate::{AnnotateError, AnnotatedSlice, Annotation, Flag, annotate, an
 pub use appearance::{Appearance, Zone};
 pub use confidence::{Confidence, POOR_FIT_MM};
 pub use error::ImageError;
-pub use image::{Image, MAX_PIXELS_PER_AXIS, PIXEL_SPACING_MM};
 pub use gland::{Gland, GlandModel};
+pub use image::{Image, MAX_PIXELS_PER_AXIS, PIXEL_SPACING_MM};
 pub use model::Model;
 pub use model_file::{MODEL_FORMAT, MODEL_VERSION, ModelError};
 pub use read::{Geometry, Heights, MAX_COLOURED_PERCENT, MAX_PICTURE_BYTES, SIDECAR, StackError, Window, read_stack};

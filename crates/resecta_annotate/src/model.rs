@@ -30,6 +30,8 @@ pub struct Model {
     pub section: SectionModel,
     /// Grey statistics of the boundary.
     pub appearance: Appearance,
+    /// Whether slices are adjusted one by one after the whole gland: only where that paid on held-out cases.
+    pub adjusts_slices: bool,
     /// What a fit tells of its own error.
     pub confidence: Confidence,
 }
@@ -63,7 +65,6 @@ impl Model {
             count += 1.0;
         }
         let unusual: f64 = offsets.iter().map(|offset| offset * offset).sum();
-        *W2 * sum / f64::max(count, 1.0) + 0.5 * unusual
+        OUTLINE_PROFILES * sum / f64::max(count, 1.0) + 0.5 * unusual
     }
 }
-static W2: std::sync::LazyLock<f64> = std::sync::LazyLock::new(|| std::env::var("W2").ok().and_then(|w| w.parse().ok()).unwrap_or(OUTLINE_PROFILES));

@@ -114,7 +114,10 @@ impl Model {
     ///
     /// Every [`ModelError`] but [`ModelError::Write`].
     pub fn load(path: &Path) -> Result<Model, ModelError> {
-        let read = |source| ModelError::Read { file: path.into(), source };
+        let read = |source| ModelError::Read {
+            file: path.into(),
+            source,
+        };
         if std::fs::metadata(path).map_err(read)?.len() > MAX_FILE_BYTES {
             return Err(ModelError::TooLarge { file: path.into() });
         }
@@ -131,12 +134,19 @@ impl Model {
         let header: Header = parse(text, file)?;
         if header.format != MODEL_FORMAT || header.version != MODEL_VERSION {
             let found = format!("{:?} version {}", header.format, header.version);
-            return Err(ModelError::Format { file: file.into(), found });
+            return Err(ModelError::Format {
+                file: file.into(),
+                found,
+            });
         }
         let parsed: ModelFile = parse(text, file)?;
         let found = parsed.model.checksum();
         if found != parsed.checksum {
-            return Err(ModelError::Damaged { file: file.into(), found, stated: parsed.checksum });
+            return Err(ModelError::Damaged {
+                file: file.into(),
+                found,
+                stated: parsed.checksum,
+            });
         }
         parsed.model.check(file)?;
         Ok(parsed.model)
@@ -159,16 +169,18 @@ impl Model {
     ///
     /// [`ModelError::Write`].
     pub fn save(&self, path: &Path) -> Result<(), ModelError> {
-        resecta_text::write_whole(path, self.to_json().as_bytes())
-            .map_err(|source| ModelError::Write { file: path.into(), source })
+        resecta_text::write_whole(path, self.to_json().as_bytes()).map_err(|source| ModelError::Write {
+            file: path.into(),
+            source,
+        })
     }
 
     fn checksum(&self) -> String {
         let text = serde_json::to_string(self).expect("a model is plain data");
         // FNV-1a, 64 bits: against damage, not against malice.
-        let hash = text
-            .bytes()
-            .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
+        let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        });
         format!("{hash:016x}")
     }
 
@@ -177,7 +189,12 @@ impl Model {
             if found == expected {
                 Ok(())
             } else {
-                Err(ModelError::Shape { file: file.into(), field, found, expected })
+                Err(ModelError::Shape {
+                    file: file.into(),
+                    field,
+                    found,
+                    expected,
+                })
             }
         };
         let modes = |field, modes: &Modes, length| {
@@ -188,7 +205,9 @@ impl Model {
         modes("gland.shape", &self.gland.shape, 2 * LEVELS * LANDMARKS + 1)?;
         modes("section.shape", &self.section.shape, 2 * LANDMARKS)?;
         shape("gland.pose_mean", self.gland.pose_mean.len(), POSE)?;
-        Appearance::parts(&self.appearance).into_iter().try_for_each(|(field, found, expected)| shape(field, found, expected))
+        Appearance::parts(&self.appearance)
+            .into_iter()
+            .try_for_each(|(field, found, expected)| shape(field, found, expected))
     }
 }
 

@@ -48,7 +48,10 @@ impl Modes {
             // Its length squared is `spread * value`.
             mode /= spread.sqrt();
             // The sign is free: the largest coordinate is positive, whatever the solver returned.
-            let largest = mode.iter().copied().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+            let largest = mode
+                .iter()
+                .copied()
+                .fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
             if largest < 0.0 {
                 mode.neg_mut();
             }

@@ -69,7 +69,10 @@ pub(crate) fn score(case: &str, heights: &[f64], truth: &[(f64, Vec<DVec2>)], fo
     let (mut whole, mut thirds) = (Overlap::default(), [Overlap::default(); 3]);
     let (mut distances, mut slices, mut expected, mut true_mm) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for &z in heights {
-        let drawn = truth.iter().find(|(height, _)| near(*height, z)).map_or(&[][..], |(_, outline)| outline);
+        let drawn = truth
+            .iter()
+            .find(|(height, _)| near(*height, z))
+            .map_or(&[][..], |(_, outline)| outline);
         let slice = found.slices.iter().find(|slice| near(slice.z_mm, z));
         let outline = slice.map_or(&[][..], |slice| &slice.capsule);
         let overlap = Overlap::of(drawn, outline);
@@ -90,7 +93,12 @@ pub(crate) fn score(case: &str, heights: &[f64], truth: &[(f64, Vec<DVec2>)], fo
         }
     }
     let volume = |areas: Vec<(f64, f64)>| volume_ml(areas.into_iter());
-    let true_ml = volume(truth.iter().map(|(z, outline)| (*z, contour::signed_area(outline).abs())).collect());
+    let true_ml = volume(
+        truth
+            .iter()
+            .map(|(z, outline)| (*z, contour::signed_area(outline).abs()))
+            .collect(),
+    );
     Score {
         case: case.to_owned(),
         dice: whole.dice(),

@@ -48,13 +48,19 @@ impl Similarity {
             turn += DVec2::new(from.dot(to), from.perp_dot(to));
             squares += from.length_squared();
         }
-        Similarity { middle, turn: turn / squares.max(f64::MIN_POSITIVE) }
+        Similarity {
+            middle,
+            turn: turn / squares.max(f64::MIN_POSITIVE),
+        }
     }
 
     /// The landmarks as the shape that this would bring to them.
     fn undo(&self, landmarks: &[DVec2]) -> Vec<f64> {
         let back = DVec2::new(self.turn.x, -self.turn.y) / self.turn.length_squared();
-        landmarks.iter().flat_map(|place| back.rotate(*place - self.middle).to_array()).collect()
+        landmarks
+            .iter()
+            .flat_map(|place| back.rotate(*place - self.middle).to_array())
+            .collect()
     }
 
     fn parameters(&self, image_centre: DVec2) -> [f64; SECTION_POSE] {
@@ -64,7 +70,10 @@ impl Similarity {
 
     fn of_parameters(parameters: [f64; SECTION_POSE], image_centre: DVec2) -> Similarity {
         let [x, y, angle, size] = parameters;
-        Similarity { middle: image_centre + DVec2::new(x, y), turn: DVec2::from_angle(angle) * size.exp() }
+        Similarity {
+            middle: image_centre + DVec2::new(x, y),
+            turn: DVec2::from_angle(angle) * size.exp(),
+        }
     }
 }
 
@@ -93,7 +102,11 @@ impl SectionModel {
             .map(|(section, centre)| Similarity::between(&mean, section).parameters(*centre))
             .collect();
         let (pose_mean, pose_deviation) = moments(&poses);
-        SectionModel { pose_mean, pose_deviation, shape: Modes::of(&aligned) }
+        SectionModel {
+            pose_mean,
+            pose_deviation,
+            shape: Modes::of(&aligned),
+        }
     }
 
     /// Parameters: pose, then modes.
@@ -103,8 +116,7 @@ impl SectionModel {
 
     /// The landmarks at weights in standard deviations, in an image with this middle.
     pub fn at(&self, weights: &[f64], image_centre: DVec2) -> Vec<DVec2> {
-        let pose =
-            std::array::from_fn(|axis| self.pose_mean[axis] + weights[axis] * self.pose_deviation[axis]);
+        let pose = std::array::from_fn(|axis| self.pose_mean[axis] + weights[axis] * self.pose_deviation[axis]);
         Similarity::of_parameters(pose, image_centre).apply(&self.shape.at(&weights[SECTION_POSE..]))
     }
 
@@ -141,7 +153,10 @@ mod tests {
         (0..40)
             .map(|_| {
                 let (wide, lean) = (1.2 + 0.1 * random.signed(), 0.05 * random.signed());
-                let (size, place) = (20.0 + 3.0 * random.signed(), DVec2::new(random.signed(), random.signed()));
+                let (size, place) = (
+                    20.0 + 3.0 * random.signed(),
+                    DVec2::new(random.signed(), random.signed()),
+                );
                 let section = (0..LANDMARKS).map(|landmark| {
                     let angle = std::f64::consts::TAU * (landmark as f64 / LANDMARKS as f64 - 0.25);
                     place + size * DVec2::new(wide * angle.cos(), angle.sin() + lean * (2.0 * angle).cos())

@@ -71,24 +71,38 @@ impl Model {
         }
         let ready = cases.iter().map(prepare).collect::<Result<Vec<Ready>, TrainError>>()?;
         let done = std::sync::atomic::AtomicUsize::new(0);
-        let held_out: Vec<Option<HeldOut>> = (0..cases.len())
+        let held_out: Vec<Option<[HeldOut; 2]>> = (0..cases.len())
             .into_par_iter()
             .map(|left_out| {
-                let others: Vec<&Ready> =
-                    ready.iter().enumerate().filter(|(index, _)| *index != left_out).map(|(_, case)| case).collect();
-                let model = learn(&others);
-                let held_out = HeldOut::of(&cases[left_out], &model, seed);
+                let others: Vec<&Ready> = ready
+                    .iter()
+                    .enumerate()
+                    .filter(|(index, _)| *index != left_out)
+                    .map(|(_, case)| case)
+                    .collect();
+                let mut model = learn(&others);
+                let whole = HeldOut::of(&cases[left_out], &model, seed);
+                model.adjusts_slices = true;
+                let adjusted = HeldOut::of(&cases[left_out], &model, seed);
                 let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                 progress(done, cases.len());
-                held_out
+                Some([whole?, adjusted?])
             })
             .collect();
-        let held_out: Vec<HeldOut> = held_out.into_iter().flatten().collect();
+        let (whole, adjusted): (Vec<HeldOut>, Vec<HeldOut>) = held_out
+            .into_iter()
+            .flatten()
+            .map(|[whole, adjusted]| (whole, adjusted))
+            .unzip();
         let mut model = learn(&ready.iter().collect::<Vec<_>>());
+        model.adjusts_slices = mean_mm(&adjusted) < mean_mm(&whole);
+        let held_out = if model.adjusts_slices { adjusted } else { whole };
         model.attribution = attribution.to_owned();
         let all: Vec<(Evidence, f64)> = held_out.iter().flat_map(|case| case.seen.iter().copied()).collect();
         model.confidence = Confidence::of(&all);
-        model.figures.scores = (0..held_out.len()).map(|index| held_out[index].score(&held_out, index)).collect();
+        model.figures.scores = (0..held_out.len())
+            .map(|index| held_out[index].score(&held_out, index))
+            .collect();
         Ok(model)
     }
 }
@@ -97,17 +111,27 @@ fn prepare(case: &TrainingCase) -> Result<Ready, TrainError> {
     let field = Field::of(&case.stack);
     let axis = field.centre().x;
     let mirror = |(z, outline): &(f64, Vec<DVec2>)| {
-        (*z, outline.iter().map(|place| DVec2::new(2.0 * axis - place.x, place.y)).collect())
+        (
+            *z,
+            outline
+                .iter()
+                .map(|place| DVec2::new(2.0 * axis - place.x, place.y))
+                .collect(),
+        )
     };
     let mirrored: Vec<(f64, Vec<DVec2>)> = case.outlines.iter().map(mirror).collect();
-    let no_gland = || TrainError::NoGland { case: case.name.clone() };
+    let no_gland = || TrainError::NoGland {
+        case: case.name.clone(),
+    };
     let gland = Gland::of_outlines(&case.outlines).ok_or_else(no_gland)?;
     let mirrored = Gland::of_outlines(&mirrored).ok_or_else(no_gland)?;
     let (slices, middle) = (case.stack.slices(), 0.5 * (gland.ends[0] + gland.ends[1]));
     let inside = slices[0].z_mm <= middle && middle <= slices[slices.len() - 1].z_mm;
     let flat = gland.levels.iter().flatten().sum::<DVec2>() / gland.levels.iter().flatten().count() as f64;
     if !inside || !field.plane(middle).holds(flat) {
-        return Err(TrainError::Apart { case: case.name.clone() });
+        return Err(TrainError::Apart {
+            case: case.name.clone(),
+        });
     }
     let mirrored_field = field.mirrored();
     Ok([(field, gland), (mirrored_field, mirrored)])
@@ -116,7 +140,10 @@ fn prepare(case: &TrainingCase) -> Result<Ready, TrainError> {
 /// The model without figures and with no confidence.
 fn learn(cases: &[&Ready]) -> Model {
     let seen: Vec<(Field, Gland)> = cases.iter().flat_map(|case| case.iter().cloned()).collect();
-    let glands: Vec<(Gland, DVec3)> = seen.iter().map(|(field, gland)| (gland.clone(), field.centre())).collect();
+    let glands: Vec<(Gland, DVec3)> = seen
+        .iter()
+        .map(|(field, gland)| (gland.clone(), field.centre()))
+        .collect();
     let sections: Vec<(Vec<DVec2>, DVec2)> = glands
         .iter()
         .flat_map(|(gland, centre)| gland.levels.iter().map(|level| (level.clone(), centre.truncate())))
@@ -127,8 +154,15 @@ fn learn(cases: &[&Ready]) -> Model {
         gland: GlandModel::of(&glands),
         section: SectionModel::of(&sections),
         appearance: Appearance::of(&seen),
+        adjusts_slices: false,
         confidence: Confidence::of(&[]),
     }
+}
+
+/// Mean over all slices of the mean distances, mm.
+fn mean_mm(cases: &[HeldOut]) -> f64 {
+    let all = || cases.iter().flat_map(|case| &case.seen);
+    all().map(|(_, distance)| distance).sum::<f64>() / all().count().max(1) as f64
 }
 
 /// A case annotated by a model that had not seen it.

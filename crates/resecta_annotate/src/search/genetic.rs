@@ -20,7 +20,12 @@ pub struct GeneticOptions {
 
 impl Default for GeneticOptions {
     fn default() -> Self {
-        Self { population: 48, evaluations: 2400, patience: 25, spread: 0.8 }
+        Self {
+            population: 48,
+            evaluations: 2400,
+            patience: 25,
+            spread: 0.8,
+        }
     }
 }
 
@@ -40,7 +45,12 @@ const COOLING: f64 = 0.965;
 ///
 /// Children are drawn one after the other and judged in parallel, so a seed gives the same bits with any number of threads.
 /// `starts` are equally long and at least one.
-pub fn genetic(starts: &[Vec<f64>], options: &GeneticOptions, seed: u64, error: impl Fn(&[f64]) -> f64 + Sync) -> Found {
+pub fn genetic(
+    starts: &[Vec<f64>],
+    options: &GeneticOptions,
+    seed: u64,
+    error: impl Fn(&[f64]) -> f64 + Sync,
+) -> Found {
     let mut random = SplitMix64::new(seed);
     let judge = |individuals: Vec<Vec<f64>>| -> Vec<(f64, Vec<f64>)> {
         individuals
@@ -51,7 +61,9 @@ pub fn genetic(starts: &[Vec<f64>], options: &GeneticOptions, seed: u64, error: 
     let mut individuals: Vec<Vec<f64>> = starts.to_vec();
     while individuals.len() < options.population {
         let start = &starts[individuals.len() % starts.len()];
-        let child = start.iter().map(|weight| limit(weight + options.spread * gaussian(&mut random)));
+        let child = start
+            .iter()
+            .map(|weight| limit(weight + options.spread * gaussian(&mut random)));
         individuals.push(child.collect());
     }
     individuals.truncate(options.evaluations.max(1));

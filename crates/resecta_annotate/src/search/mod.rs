@@ -75,7 +75,10 @@ mod tests {
     #[test]
     fn it_finds_the_same_bits_with_any_number_of_threads() {
         let run = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .expect("threads");
             pool.install(|| genetic(&[vec![1.0; 5]], &GeneticOptions::default(), 3, rippled))
         };
         let bits = |found: &Found| -> Vec<u64> { found.weights.iter().map(|weight| weight.to_bits()).collect() };
@@ -88,7 +91,10 @@ mod tests {
     fn no_search_is_worse_than_its_start_nor_looks_more_often_than_allowed() {
         let start = vec![2.0, -1.0, 0.3];
         let at_start = rippled(&start);
-        let few = GeneticOptions { evaluations: 300, ..GeneticOptions::default() };
+        let few = GeneticOptions {
+            evaluations: 300,
+            ..GeneticOptions::default()
+        };
         for found in [
             genetic(std::slice::from_ref(&start), &few, 1, rippled),
             local(&start, 300, rippled),
