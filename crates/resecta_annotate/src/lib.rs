@@ -6,14 +6,17 @@
 //! | to find | look in |
 //! |---|---|
 //! | an image, a stack of them, and what makes one unusable | `image.rs`, `stack.rs`, `error.rs` |
+//! | synthetic ultrasound of any case, for tests against exact outlines | `synthetic/` |
 //! | how stacks are read from files, and what a sidecar says | `read/` |
 
 mod error;
 mod image;
 mod read;
 mod stack;
+mod synthetic;
 
 pub use error::ImageError;
 pub use image::{Image, MAX_PIXELS_PER_AXIS, PIXEL_SPACING_MM};
 pub use read::{Geometry, Heights, MAX_COLOURED_PERCENT, MAX_PICTURE_BYTES, SIDECAR, StackError, Window, read_stack};
 pub use stack::{ImageSlice, MAX_IMAGES, MAX_STACK_PIXELS, Stack};
+pub use synthetic::{EVENED_OUT_DB_PER_CM_MHZ, SyntheticError, SyntheticOptions, synthesize};
