@@ -17,6 +17,9 @@ mod synthetic;
 
 pub use error::ImageError;
 pub use image::{Image, MAX_PIXELS_PER_AXIS, PIXEL_SPACING_MM};
-pub use read::{Geometry, Heights, MAX_COLOURED_PERCENT, MAX_PICTURE_BYTES, SIDECAR, StackError, Window, read_stack};
+pub use read::{
+    Geometry, Heights, MAX_COLOURED_PERCENT, MAX_DICOM_BYTES, MAX_PICTURE_BYTES, SIDECAR, StackError, Window,
+    read_stack,
+};
 pub use stack::{ImageSlice, MAX_IMAGES, MAX_STACK_PIXELS, Stack};
 pub use synthetic::{EVENED_OUT_DB_PER_CM_MHZ, SyntheticError, SyntheticOptions, synthesize};
