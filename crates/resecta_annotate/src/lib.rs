@@ -6,12 +6,14 @@
 //! | to find | look in |
 //! |---|---|
 //! | an image, a stack of them, and what makes one unusable | `image.rs`, `stack.rs`, `error.rs` |
+//! | all images of a stack with their contours in one picture | `sheet.rs` |
 //! | synthetic ultrasound of any case, for tests against exact outlines | `synthetic/` |
 //! | how stacks are read from files, and what a sidecar says | `read/` |
 
 mod error;
 mod image;
 mod read;
+mod sheet;
 mod stack;
 mod synthetic;
 
@@ -21,5 +23,6 @@ pub use read::{
     Geometry, Heights, MAX_COLOURED_PERCENT, MAX_DICOM_BYTES, MAX_PICTURE_BYTES, SIDECAR, StackError, Window,
     read_stack,
 };
+pub use sheet::{Colour, Overlay, contact_sheet};
 pub use stack::{ImageSlice, MAX_IMAGES, MAX_STACK_PIXELS, Stack};
 pub use synthetic::{EVENED_OUT_DB_PER_CM_MHZ, SyntheticError, SyntheticOptions, synthesize};

@@ -27,8 +27,8 @@ use crate::Stack;
 /// `.nii.gz`) or a DICOM file of several frames (`.dcm`, or any
 /// other name), with the sidecar beside it if there is one. What `given` says goes before the sidecar and the files.
 ///
-/// Pixels that are black in every image and joined to the edge through such pixels lie outside the scanner's sector and
-/// count as not shown.
+/// Pixels outside the convex hull of all that is not black in any image lie outside the scanner's sector and count as not
+/// shown.
 ///
 /// # Errors
 ///
