@@ -213,7 +213,7 @@ mod tests {
             contours: vec![(&square, RED)],
             frame: None,
         };
-        let sheet = decoded(&contact_sheet(&stack(2), &[overlay.clone()], 2));
+        let sheet = decoded(&contact_sheet(&stack(2), std::slice::from_ref(&overlay), 2));
         let per_mm = TILE_WIDTH as f64 / 40.0;
         let red: Vec<(u32, u32)> = sheet
             .enumerate_pixels()

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use dicom_core::value::DataSetSequence;
+use dicom_core::value::{DataSetSequence, PixelFragmentSequence};
 use dicom_core::{DataElement, PrimitiveValue, Tag, VR};
 use dicom_object::{FileMetaTableBuilder, InMemDicomObject};
 use dicom_pixeldata::Transcode;
@@ -259,6 +259,49 @@ fn compressed_frames_are_decoded() {
     assert_written(&read_bytes(&bytes, &Geometry::default()).unwrap(), 0.08);
 }
 
+/// A frame compressed by runs, of which there are none: each segment one channel, in stretches of at most 128 bytes.
+fn run_lengths(frame: &[u8]) -> Vec<u8> {
+    let channels = frame.len() / (SIZE[0] * SIZE[1]);
+    let mut header = vec![channels as u32];
+    let mut segments = Vec::new();
+    for channel in 0..channels {
+        header.push(64 + segments.len() as u32);
+        let samples: Vec<u8> = frame.iter().skip(channel).step_by(channels).copied().collect();
+        for stretch in samples.chunks(128) {
+            segments.push(stretch.len() as u8 - 1);
+            segments.extend(stretch);
+        }
+        segments.resize(segments.len().next_multiple_of(2), 128);
+    }
+    header.resize(16, 0);
+    header.into_iter().flat_map(u32::to_le_bytes).chain(segments).collect()
+}
+
+#[test]
+fn frames_of_run_lengths_are_decoded_in_grey_and_in_colours() {
+    for photometric in ["MONOCHROME2", "RGB", "YBR_FULL"] {
+        let scan = Scan {
+            photometric,
+            ..Scan::default()
+        };
+        let pixels = scan.pixels();
+        let fragments: Vec<Vec<u8>> = pixels
+            .chunks_exact(pixels.len() / scan.frames)
+            .map(run_lengths)
+            .collect();
+        let mut object = scan.object();
+        object.put(DataElement::new(
+            Tag(0x7fe0, 0x0010),
+            VR::OB,
+            PixelFragmentSequence::new_fragments(fragments),
+        ));
+        let mut bytes = Vec::new();
+        let meta = FileMetaTableBuilder::new().transfer_syntax("1.2.840.10008.1.2.5");
+        object.with_meta(meta).unwrap().write_all(&mut bytes).unwrap();
+        assert_written(&read_bytes(&bytes, &Geometry::default()).unwrap(), 0.003);
+    }
+}
+
 #[test]
 fn without_a_region_or_a_distance_the_caller_must_tell() {
     let no_region = Scan {
@@ -325,6 +368,16 @@ fn geometry_that_contradicts_itself_is_an_error_by_name() {
             "{error}"
         );
     }
+    // A caller who knows better goes before all of that.
+    let given = Geometry {
+        spacing: Some([0.3, 0.25]),
+        ..Geometry::default()
+    };
+    let broken = Scan {
+        regions: vec![[0.0, f64::NAN]],
+        ..with("0.3\\0.25")
+    };
+    assert_written(&read_bytes(&broken.bytes(EXPLICIT), &given).unwrap(), 1e-6);
     let two = Scan {
         regions: vec![[0.03, 0.025]; 2],
         ..Scan::default()

@@ -13,8 +13,8 @@ use resecta_anatomy::import;
 
 use super::picture::Picture;
 use super::pictures::{Frame, Told, check_pixels};
-use super::{StackError, Window, of_file, structure};
-use crate::image::check_spacing;
+use super::{Geometry, StackError, Window, of_file, structure};
+use crate::image::{PIXEL_SPACING_MM, check_spacing};
 use crate::{ImageError, MAX_IMAGES, MAX_PIXELS_PER_AXIS};
 
 /// Largest DICOM file that is read, bytes.
@@ -51,12 +51,13 @@ const TISSUE: u32 = 1;
 const RLE: &str = "1.2.840.10008.1.2.5";
 const JPEG: &str = "1.2.840.10008.1.2.4.";
 
-/// Reads the frames of a file.
-pub(super) fn read_frames(file: &Path, window: Option<Window>) -> Result<Vec<Frame>, StackError> {
-    frames(&import::read(file, MAX_DICOM_BYTES)?, file, window)
+/// Reads the frames of a file. Of the geometry that is told beside it, a window picks the region that holds it, and a spacing
+/// makes that of the file no matter.
+pub(super) fn read_frames(file: &Path, geometry: &Geometry) -> Result<Vec<Frame>, StackError> {
+    frames(&import::read(file, MAX_DICOM_BYTES)?, file, geometry)
 }
 
-fn frames(bytes: &[u8], file: &Path, window: Option<Window>) -> Result<Vec<Frame>, StackError> {
+fn frames(bytes: &[u8], file: &Path, geometry: &Geometry) -> Result<Vec<Frame>, StackError> {
     let bad = |message: String| StackError::Picture {
         file: file.into(),
         message,
@@ -66,7 +67,7 @@ fn frames(bytes: &[u8], file: &Path, window: Option<Window>) -> Result<Vec<Frame
         .from_reader(Cursor::new(bytes))
         .map_err(|error| bad(chain(&error)))?;
     let layout = Layout::of(&object, &syntax, file)?;
-    let told = told(&object, file, window)?;
+    let told = told(&object, file, geometry)?;
     let decoded = object.decode_pixel_data().map_err(|error| bad(chain(&error)))?;
     let length = layout.frame_bytes();
     // A byte may pad the whole to an even length.
@@ -284,7 +285,7 @@ fn heights(object: &DefaultDicomObject, frames: usize) -> Option<Vec<f64>> {
 }
 
 /// Spacing and window: those of the one calibrated region that shows tissue, or the spacing alone.
-fn told(object: &DefaultDicomObject, file: &Path, window: Option<Window>) -> Result<Told, StackError> {
+fn told(object: &DefaultDicomObject, file: &Path, geometry: &Geometry) -> Result<Told, StackError> {
     let mut regions = Vec::new();
     for item in object
         .get(REGIONS)
@@ -298,7 +299,7 @@ fn told(object: &DefaultDicomObject, file: &Path, window: Option<Window>) -> Res
             regions.push(region(item, file)?);
         }
     }
-    // A window picks the region that holds it.
+    let window = geometry.window;
     if let Some(window) = window {
         regions.retain(|(_, region)| holds(region, &window));
     }
@@ -310,20 +311,12 @@ fn told(object: &DefaultDicomObject, file: &Path, window: Option<Window>) -> Res
     match (regions.as_slice(), pixel_spacing) {
         ([], spacing_mm) => Ok(Told { spacing_mm, window }),
         ([(spacing_mm, region)], other) => {
-            let differs = |other: [f64; 2]| (0..2).any(|axis| (other[axis] / spacing_mm[axis] - 1.0).abs() > 0.02);
-            if let Some(other) = other.filter(|&other| differs(other)) {
-                return Err(StackError::Contradiction {
-                    file: file.into(),
-                    field: "spacing",
-                    one: format!(
-                        "its calibrated region (0018,6011) has {} x {} mm",
-                        spacing_mm[0], spacing_mm[1]
-                    ),
-                    other: format!("Pixel Spacing (0028,0030) is {} x {} mm", other[0], other[1]),
-                });
+            if geometry.spacing.is_none() {
+                check_spacings(*spacing_mm, other, file)?;
             }
             Ok(Told {
-                spacing_mm: Some(*spacing_mm),
+                spacing_mm: Some(*spacing_mm)
+                    .filter(|spacing| spacing.iter().all(|step| PIXEL_SPACING_MM.contains(step))),
                 window: window.or(Some(*region)),
             })
         }
@@ -333,6 +326,29 @@ fn told(object: &DefaultDicomObject, file: &Path, window: Option<Window>) -> Res
             one: format!("it shows {} calibrated regions of tissue side by side", several.len()),
             other: "no window within one of them was given".into(),
         }),
+    }
+}
+
+/// Refuses a region's spacing that cannot be, or that Pixel Spacing contradicts.
+fn check_spacings(spacing_mm: [f64; 2], pixel_spacing_mm: Option<[f64; 2]>, file: &Path) -> Result<(), StackError> {
+    /// Both are often written with few digits.
+    const TOLERANCE: f64 = 0.02;
+    for (along, step) in ["along a row", "along a column"].into_iter().zip(spacing_mm) {
+        check_spacing(along, step).map_err(of_file(file))?;
+    }
+    match pixel_spacing_mm {
+        Some(other) if (0..2).any(|axis| (other[axis] / spacing_mm[axis] - 1.0).abs() > TOLERANCE) => {
+            Err(StackError::Contradiction {
+                file: file.into(),
+                field: "spacing",
+                one: format!(
+                    "its calibrated region (0018,6011) has {} x {} mm",
+                    spacing_mm[0], spacing_mm[1]
+                ),
+                other: format!("Pixel Spacing (0028,0030) is {} x {} mm", other[0], other[1]),
+            })
+        }
+        _ => Ok(()),
     }
 }
 
@@ -351,14 +367,9 @@ fn region(item: &InMemDicomObject, file: &Path) -> Result<([f64; 2], Window), St
         message: format!("its calibrated region (0018,6011) lacks {tag}"),
     };
     let mut spacing_mm = [0.0; 2];
-    for ((spacing, tag), along) in spacing_mm
-        .iter_mut()
-        .zip(PHYSICAL_DELTA)
-        .zip(["along a row", "along a column"])
-    {
+    for (spacing, tag) in spacing_mm.iter_mut().zip(PHYSICAL_DELTA) {
         // The sign says which way the physical axis runs; rows and columns run as they are shown.
         *spacing = 10.0 * real(item, tag).ok_or_else(|| missing(tag))?.abs();
-        check_spacing(along, *spacing).map_err(of_file(file))?;
     }
     let mut place = [0; 4];
     for (number_of, tag) in place.iter_mut().zip(REGION_LOCATION) {

@@ -80,11 +80,11 @@ pub(super) fn read_folder(folder: &Path, geometry: &Geometry) -> Result<Stack, S
         }));
     }
     // The first tells how much memory the others will take.
-    let first = read_picture(&files[0], geometry.window)?;
+    let first = read_picture(&files[0], geometry)?;
     check_pixels(folder, first.picture.grey.len(), files.len())?;
     let frames = files
         .par_iter()
-        .map(|file| read_picture(file, geometry.window))
+        .map(|file| read_picture(file, geometry))
         // Of several errors the first file's is told, whatever the number of threads.
         .collect::<Vec<Result<_, StackError>>>()
         .into_iter()
@@ -102,11 +102,11 @@ pub(super) fn read_multi_frame(file: &Path, geometry: &Geometry) -> Result<Stack
             other: "all images lie in one file".into(),
         });
     }
-    stack_of(file, dicom::read_frames(file, geometry.window)?, geometry)
+    stack_of(file, dicom::read_frames(file, geometry)?, geometry)
 }
 
 /// Reads one picture of a folder, and where the sidecar says it lies.
-fn read_picture((file, z_mm): &(PathBuf, Option<f64>), window: Option<Window>) -> Result<Frame, StackError> {
+fn read_picture((file, z_mm): &(PathBuf, Option<f64>), geometry: &Geometry) -> Result<Frame, StackError> {
     if lower_name(file).ends_with(".png") {
         return Ok(Frame {
             file: file.clone(),
@@ -115,7 +115,7 @@ fn read_picture((file, z_mm): &(PathBuf, Option<f64>), window: Option<Window>) -
             told: Told::default(),
         });
     }
-    let mut frames = dicom::read_frames(file, window)?;
+    let mut frames = dicom::read_frames(file, geometry)?;
     if frames.len() > 1 {
         return Err(StackError::Contradiction {
             file: file.clone(),
