@@ -49,14 +49,7 @@ impl Image {
             });
         }
         for (spacing_mm, along) in spacing_mm.into_iter().zip(["along x", "along y"]) {
-            if !PIXEL_SPACING_MM.contains(&spacing_mm) {
-                return Err(ImageError::Spacing {
-                    along,
-                    spacing_mm,
-                    least: *PIXEL_SPACING_MM.start(),
-                    most: *PIXEL_SPACING_MM.end(),
-                });
-            }
+            check_spacing(along, spacing_mm)?;
         }
         for value_mm in origin_mm {
             check_place("origin", value_mm)?;
@@ -186,6 +179,19 @@ impl Image {
         }
         Ok(())
     }
+}
+
+/// Refuses a distance that pixels of a prostate cannot have.
+pub(crate) fn check_spacing(along: &'static str, spacing_mm: f64) -> Result<(), ImageError> {
+    if PIXEL_SPACING_MM.contains(&spacing_mm) {
+        return Ok(());
+    }
+    Err(ImageError::Spacing {
+        along,
+        spacing_mm,
+        least: *PIXEL_SPACING_MM.start(),
+        most: *PIXEL_SPACING_MM.end(),
+    })
 }
 
 /// Refuses a coordinate beyond what a case may hold.

@@ -6,6 +6,8 @@
 //! | to find | look in |
 //! |---|---|
 //! | an image, a stack of them, and what makes one unusable | `image.rs`, `stack.rs`, `error.rs` |
+//! | all images of a stack with their contours in one picture | `sheet.rs` |
+//! | synthetic ultrasound of any case, for tests against exact outlines | `synthetic/` |
 //! | how stacks are read from files, and what a sidecar says | `read/` |
 //! | landmarks of an outline, principal components | `landmarks.rs`, `principal.rs` |
 //! | the point distribution models of the whole gland and of one section | `gland.rs`, `section.rs` |
@@ -32,7 +34,9 @@ mod read;
 mod score;
 pub mod search;
 mod section;
+mod sheet;
 mod stack;
+mod synthetic;
 mod train;
 
 pub use annotate::{AnnotateError, AnnotatedSlice, Annotation, Flag, annotate, annotate_slice};
@@ -43,8 +47,13 @@ pub use gland::{Gland, GlandModel};
 pub use image::{Image, MAX_PIXELS_PER_AXIS, PIXEL_SPACING_MM};
 pub use model::Model;
 pub use model_file::{MODEL_FORMAT, MODEL_VERSION, ModelError};
-pub use read::{Geometry, Heights, MAX_COLOURED_PERCENT, MAX_PICTURE_BYTES, SIDECAR, StackError, Window, read_stack};
+pub use read::{
+    Geometry, Heights, MAX_COLOURED_PERCENT, MAX_DICOM_BYTES, MAX_PICTURE_BYTES, SIDECAR, StackError, Window,
+    read_stack,
+};
 pub use score::{Figures, Score};
 pub use section::SectionModel;
+pub use sheet::{Colour, Overlay, contact_sheet};
 pub use stack::{ImageSlice, MAX_IMAGES, MAX_STACK_PIXELS, Stack};
+pub use synthetic::{EVENED_OUT_DB_PER_CM_MHZ, SyntheticError, SyntheticOptions, synthesize};
 pub use train::{TrainError, TrainingCase};

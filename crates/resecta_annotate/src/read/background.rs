@@ -1,51 +1,73 @@
-//! What a scanner's sector leaves black.
+//! What lies outside a scanner's sector.
 
 use resecta_anatomy::Approximation;
 
 use crate::stack::note;
 
-/// Which pixels of images of `width` columns are shown: all but those that are black (0) in every image and joined to the
-/// edge through such pixels. Empty where that leaves all pixels, or none.
-pub(super) fn shown<'a>(width: usize, mut images: impl Iterator<Item = &'a [f32]>) -> Vec<bool> {
-    let Some(first) = images.next() else {
-        return Vec::new();
-    };
-    let mut black: Vec<bool> = first.iter().map(|&grey| grey == 0.0).collect();
+/// Far more than the rounding of a crossing, far less than a pixel.
+const ROUNDING: f64 = 1e-6;
+
+/// Which pixels of images of `width` columns are shown: those within the convex hull of all pixels that are not black (0) in
+/// every image. A sector is convex but for the arc of its probe, and what is black within it, such as fluid or a shadow, was
+/// seen to be so. Empty where that leaves all pixels, or none.
+pub(super) fn shown<'a>(width: usize, images: impl Iterator<Item = &'a [f32]>) -> Vec<bool> {
+    let mut lit: Vec<bool> = Vec::new();
     for image in images {
-        for (black, &grey) in black.iter_mut().zip(image) {
-            *black &= grey == 0.0;
+        lit.resize(image.len(), false);
+        for (lit, &grey) in lit.iter_mut().zip(image) {
+            *lit |= grey > 0.0;
         }
     }
-    let height = black.len() / width;
-    let mut shown = vec![true; black.len()];
-    let rim = (0..width)
-        .flat_map(|x| [x, (height - 1) * width + x])
-        .chain((0..height).flat_map(|y| [y * width, y * width + width - 1]));
-    let mut open: Vec<usize> = rim.collect();
-    while let Some(pixel) = open.pop() {
-        if !(black[pixel] && shown[pixel]) {
-            continue;
-        }
-        shown[pixel] = false;
-        let (x, y) = (pixel % width, pixel / width);
-        if x > 0 {
-            open.push(pixel - 1);
-        }
-        if x + 1 < width {
-            open.push(pixel + 1);
-        }
-        if y > 0 {
-            open.push(pixel - width);
-        }
-        if y + 1 < height {
-            open.push(pixel + width);
+    // The hull of all is that of the ends of each row.
+    let ends = lit.chunks_exact(width).enumerate().filter_map(|(y, row)| {
+        let first = row.iter().position(|&lit| lit)?;
+        let last = row.iter().rposition(|&lit| lit)?;
+        Some([[first as i64, y as i64], [last as i64, y as i64]])
+    });
+    let ends: Vec<[[i64; 2]; 2]> = ends.collect();
+    let left = bulge(ends.iter().map(|[left, _]| *left), 1);
+    let right = bulge(ends.iter().map(|[_, right]| *right), -1);
+    let mut shown = vec![false; lit.len()];
+    for (y, row) in shown.chunks_exact_mut(width).enumerate() {
+        if let (Some(first), Some(last)) = (at_row(&left, y), at_row(&right, y)) {
+            // A crossing at a pixel's centre counts, however it was rounded.
+            row[(first - ROUNDING).ceil() as usize..=(last + ROUNDING).floor() as usize].fill(true);
         }
     }
-    if shown.iter().any(|&pixel| pixel != shown[0]) {
+    if shown.contains(&false) && shown.contains(&true) {
         shown
     } else {
         Vec::new()
     }
+}
+
+/// One side of a hull, from points by rising y: those that a straight line between others does not leave behind. `side` is 1
+/// for the left one and -1 for the right one.
+fn bulge(points: impl Iterator<Item = [i64; 2]>, side: i64) -> Vec<[i64; 2]> {
+    let mut hull: Vec<[i64; 2]> = Vec::new();
+    for c in points {
+        while let [.., a, b] = hull[..] {
+            let turn = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            if side * turn < 0 {
+                break;
+            }
+            hull.pop();
+        }
+        hull.push(c);
+    }
+    hull
+}
+
+/// Where a side of the hull crosses a row.
+fn at_row(side: &[[i64; 2]], row: usize) -> Option<f64> {
+    let row = row as i64;
+    let next = side.iter().position(|point| point[1] >= row)?;
+    let [x, y] = side[next];
+    if y == row {
+        return Some(x as f64);
+    }
+    let [before_x, before_y] = side[next.checked_sub(1)?];
+    Some(before_x as f64 + ((x - before_x) * (row - before_y)) as f64 / (y - before_y) as f64)
 }
 
 /// Tells of the pixels that are not shown.
@@ -54,7 +76,7 @@ pub(super) fn noted(shown: &[bool]) -> Approximation {
     note(
         "sector",
         format!(
-            "{:.0} % of the pixels are black in every image and joined to the edge: taken to lie outside the sector",
+            "{:.0} % of the pixels lie outside the convex hull of all that is not black: taken to lie outside the sector",
             100.0 * hidden as f64 / shown.len() as f64
         ),
     )
@@ -70,19 +92,64 @@ mod tests {
             .collect()
     }
 
-    #[test]
-    fn only_what_is_black_in_all_images_and_joined_to_the_edge_is_outside() {
-        let one = image(&["..#..", ".#.#.", "#...#", "#####"]);
-        let other = image(&[".....", "#####", "#...#", "#...#"]);
-        let shown = shown(5, [&one[..], &other[..]].into_iter());
-        let expected = image(&["..#..", "#####", "#####", "#####"]);
-        assert_eq!(shown, expected.iter().map(|&grey| grey > 0.0).collect::<Vec<_>>());
+    #[track_caller]
+    fn assert_shown(images: &[&[&str]], expected: &[&str]) {
+        let images: Vec<Vec<f32>> = images.iter().map(|rows| image(rows)).collect();
+        let shown = shown(expected[0].len(), images.iter().map(Vec::as_slice));
+        let expected: Vec<bool> = image(expected).iter().map(|&grey| grey > 0.0).collect();
+        assert_eq!(shown, expected);
     }
 
     #[test]
-    fn images_all_black_or_without_black_are_left_to_other_rules() {
+    fn what_is_black_within_the_sector_is_shown() {
+        let sector = [
+            "....#....",
+            "..##.##..",
+            ".#.....#.",
+            "#.......#",
+            ".##...##.",
+            "...#.#...",
+        ];
+        let filled = [
+            "....#....",
+            "..#####..",
+            ".#######.",
+            "#########",
+            ".#######.",
+            "...###...",
+        ];
+        assert_shown(&[&sector], &filled);
+    }
+
+    #[test]
+    fn all_images_count_together() {
+        let one = ["#....", ".....", ".....", "....."];
+        let other = [".....", ".....", "....#", "....."];
+        // The line between them, as far as it meets pixels.
+        assert_shown(&[&one, &other], &["#....", "..#..", "....#", "....."]);
+    }
+
+    #[test]
+    fn the_hull_holds_all_that_is_lit_and_never_shrinks() {
+        let mut random = resecta_anatomy::random::SplitMix64::new(1);
+        for share in [0.01, 0.03, 0.2] {
+            for _ in 0..200 {
+                let lit: Vec<f32> = (0..13 * 9).map(|_| f32::from(random.unit() < share)).collect();
+                let shown = shown(13, [&lit[..]].into_iter());
+                assert!(shown.is_empty() || lit.iter().zip(&shown).all(|(&grey, &shown)| shown || grey == 0.0));
+                // Lighting the whole hull has the same hull.
+                let filled: Vec<f32> = shown.iter().map(|&shown| f32::from(shown)).collect();
+                assert_eq!(super::shown(13, [&filled[..]].into_iter()), shown);
+            }
+        }
+    }
+
+    #[test]
+    fn images_all_black_or_lit_to_their_corners_are_left_to_other_rules() {
         assert!(shown(2, [&[0.0; 4][..]].into_iter()).is_empty());
         assert!(shown(2, [&[0.1; 4][..]].into_iter()).is_empty());
+        let corners = image(&["#...#", ".....", "#...#"]);
+        assert!(shown(5, [&corners[..]].into_iter()).is_empty());
         assert!(shown(2, std::iter::empty()).is_empty());
     }
 }

@@ -6,25 +6,29 @@
 //! [`Stack::notes`] says so.
 
 mod background;
+mod dicom;
 mod error;
 mod geometry;
 mod nifti;
 mod picture;
 mod pictures;
+mod structure;
 
 use std::path::{Path, PathBuf};
 
+pub use dicom::MAX_DICOM_BYTES;
 pub use error::StackError;
 pub use geometry::{Geometry, Heights, SIDECAR, Window};
 pub use picture::{MAX_COLOURED_PERCENT, MAX_PICTURE_BYTES};
 
 use crate::Stack;
 
-/// Reads a stack of images from a folder of PNG pictures or a NIfTI volume (`.nii`, `.nii.gz`), with the
-/// sidecar beside it if there is one. What `given` says goes before the sidecar and the files.
+/// Reads a stack of images from a folder of pictures (`.png`, or `.dcm` of one frame each), a NIfTI volume (`.nii`,
+/// `.nii.gz`) or a DICOM file of several frames (`.dcm`, or any
+/// other name), with the sidecar beside it if there is one. What `given` says goes before the sidecar and the files.
 ///
-/// Pixels that are black in every image and joined to the edge through such pixels lie outside the scanner's sector and
-/// count as not shown.
+/// Pixels outside the convex hull of all that is not black in any image lie outside the scanner's sector and count as not
+/// shown.
 ///
 /// # Errors
 ///
@@ -41,6 +45,8 @@ pub fn read_stack(path: &Path, given: &Geometry) -> Result<Stack, StackError> {
         pictures::read_folder(path, &geometry)
     } else if name.ends_with(".nii") || name.ends_with(".nii.gz") {
         nifti::read_volume(path, &geometry)
+    } else if name.ends_with(".dcm") || structure::begins_as_dicom(path) {
+        pictures::read_multi_frame(path, &geometry)
     } else {
         Err(StackError::Kind { file: path.into() })
     }

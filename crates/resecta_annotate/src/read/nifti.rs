@@ -132,5 +132,7 @@ fn seen(slices: &[Vec<f32>]) -> Range<usize> {
 }
 
 fn times([x, y, z]: [f64; 3]) -> String {
+    // A header holds single precision; 0.4 is to read so.
+    let [x, y, z] = [x, y, z].map(|step| (step * 1e6).round() / 1e6);
     format!("{x} x {y} x {z}")
 }

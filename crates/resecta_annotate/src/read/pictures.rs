@@ -1,6 +1,7 @@
-//! Pictures to a stack: a folder of PNG files, each an image.
+//! Pictures to a stack: a folder of PNG or DICOM files, each an image, or the frames of one file.
 
 use std::cmp::Ordering;
+use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -9,7 +10,7 @@ use resecta_anatomy::Approximation;
 use resecta_anatomy::import::{Axes, ImportError, Turn};
 
 use super::picture::{Picture, read_png};
-use super::{Geometry, Heights, StackError, Window, background, check_depth, lower_name, of_file};
+use super::{Geometry, Heights, StackError, Window, background, check_depth, dicom, lower_name, of_file};
 use crate::stack::note;
 use crate::{Image, ImageError, ImageSlice, MAX_IMAGES, MAX_STACK_PIXELS, Stack};
 
@@ -20,15 +21,34 @@ pub(super) struct Frame {
     pub picture: Picture,
     /// Height, mm, where the sidecar or the file tells one.
     pub z_mm: Option<f64>,
+    /// What else the file tells.
+    pub told: Told,
 }
 
-/// What the files say of the geometry of all pictures.
+/// What a file says of the geometry of its pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Told {
     /// Distance between columns and between rows, mm.
     pub spacing_mm: Option<[f64; 2]>,
     /// The part that shows the patient.
     pub window: Option<Window>,
+}
+
+impl fmt::Display for Told {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.spacing_mm {
+            Some([column, row]) => write!(f, "{column} x {row} mm")?,
+            None => write!(f, "no spacing")?,
+        }
+        if let Some(window) = self.window {
+            write!(
+                f,
+                " in {} x {} pixels from ({}, {})",
+                window.width, window.height, window.left, window.top
+            )?;
+        }
+        Ok(())
+    }
 }
 
 /// Reads the pictures of a folder.
@@ -60,22 +80,55 @@ pub(super) fn read_folder(folder: &Path, geometry: &Geometry) -> Result<Stack, S
         }));
     }
     // The first tells how much memory the others will take.
-    let first = read_png(&files[0].0)?;
-    check_pixels(folder, first.grey.len(), files.len())?;
+    let first = read_picture(&files[0], geometry)?;
+    check_pixels(folder, first.picture.grey.len(), files.len())?;
     let frames = files
         .par_iter()
-        .map(|(file, z_mm)| {
-            Ok(Frame {
-                file: file.clone(),
-                picture: read_png(file)?,
-                z_mm: *z_mm,
-            })
-        })
+        .map(|file| read_picture(file, geometry))
         // Of several errors the first file's is told, whatever the number of threads.
         .collect::<Vec<Result<_, StackError>>>()
         .into_iter()
         .collect::<Result<Vec<_>, _>>()?;
-    stack_of(folder, frames, Told::default(), geometry)
+    stack_of(folder, frames, geometry)
+}
+
+/// Reads the frames of one DICOM file.
+pub(super) fn read_multi_frame(file: &Path, geometry: &Geometry) -> Result<Stack, StackError> {
+    if let Some(Heights::Files(_)) = geometry.z {
+        return Err(StackError::Contradiction {
+            file: file.into(),
+            field: "z",
+            one: "files are named".into(),
+            other: "all images lie in one file".into(),
+        });
+    }
+    stack_of(file, dicom::read_frames(file, geometry)?, geometry)
+}
+
+/// Reads one picture of a folder, and where the sidecar says it lies.
+fn read_picture((file, z_mm): &(PathBuf, Option<f64>), geometry: &Geometry) -> Result<Frame, StackError> {
+    if lower_name(file).ends_with(".png") {
+        return Ok(Frame {
+            file: file.clone(),
+            picture: read_png(file)?,
+            z_mm: *z_mm,
+            told: Told::default(),
+        });
+    }
+    let mut frames = dicom::read_frames(file, geometry)?;
+    if frames.len() > 1 {
+        return Err(StackError::Contradiction {
+            file: file.clone(),
+            field: "z",
+            one: format!("it holds {} frames", frames.len()),
+            other: "a folder holds one image a file; read this file alone".into(),
+        });
+    }
+    let frame = frames.remove(0);
+    Ok(Frame {
+        z_mm: z_mm.or(frame.z_mm),
+        ..frame
+    })
 }
 
 /// Refuses more pixels than a stack may hold, before they are read.
@@ -99,7 +152,8 @@ fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, StackError> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).map_err(unread)? {
         let path = entry.map_err(unread)?.path();
-        if lower_name(&path).ends_with(".png") && path.is_file() {
+        let name = lower_name(&path);
+        if (name.ends_with(".png") || name.ends_with(".dcm")) && path.is_file() {
             files.push(path);
         }
     }
@@ -134,12 +188,7 @@ fn by_name(one: &str, other: &str) -> Ordering {
 }
 
 /// Puts pictures in the order of the files (by height where each has one) into a stack. `source` is named in errors.
-pub(super) fn stack_of(
-    source: &Path,
-    frames: Vec<Frame>,
-    told: Told,
-    geometry: &Geometry,
-) -> Result<Stack, StackError> {
+pub(super) fn stack_of(source: &Path, frames: Vec<Frame>, geometry: &Geometry) -> Result<Stack, StackError> {
     let mut notes = Vec::new();
     let axes = geometry.axes.unwrap_or(Axes::LPS);
     if geometry.axes.is_none() {
@@ -157,6 +206,7 @@ pub(super) fn stack_of(
         });
     }
     same_size(&frames)?;
+    let told = same_told(&frames)?;
     let whole = [frames[0].picture.width, frames[0].picture.height];
     let window = geometry.window.or(told.window).unwrap_or(Window {
         left: 0,
@@ -259,6 +309,20 @@ fn same_size(frames: &[Frame]) -> Result<(), StackError> {
             first_size: size(first),
         }),
         None => Ok(()),
+    }
+}
+
+/// What all files tell of the spacing and the window.
+fn same_told(frames: &[Frame]) -> Result<Told, StackError> {
+    let first = &frames[0];
+    match frames.iter().find(|frame| frame.told != first.told) {
+        Some(frame) => Err(StackError::Contradiction {
+            file: frame.file.clone(),
+            field: "spacing",
+            one: frame.told.to_string(),
+            other: format!("{} has {}", first.file.display(), first.told),
+        }),
+        None => Ok(first.told),
     }
 }
 
