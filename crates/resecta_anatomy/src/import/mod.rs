@@ -1,18 +1,20 @@
-//! Import: cases from contour files and from segmentation masks.
+//! Import: cases from contour files and from segmentation masks, and the volumes that masks and images are read from.
 //!
-//! Both ways end in [`Case::complete`], so an imported case is ready for the lattice and lists what was approximated.
+//! Both ways to a case end in [`Case::complete`], so an imported case is ready for the lattice and lists what was approximated.
 
+mod axes;
 mod contours;
 mod nifti_mask;
+mod nifti_volume;
 mod outline;
 
 use std::io;
 use std::path::{Path, PathBuf};
 
+pub use axes::{Axes, AxesError, Turn};
 pub use contours::{contours_json, contours_json_str};
-pub use nifti_mask::{
-    Axes, AxesError, MAX_MASK_BYTES, MAX_VOXELS, MAX_VOXELS_PER_AXIS, MaskOptions, nifti_mask, nifti_mask_bytes,
-};
+pub use nifti_mask::{MaskOptions, nifti_mask, nifti_mask_bytes};
+pub use nifti_volume::{MAX_VOLUME_BYTES, MAX_VOXELS, MAX_VOXELS_PER_AXIS, NiftiVolume};
 
 use crate::case_file::read_limited;
 use crate::{Case, CaseRuleError};
@@ -113,7 +115,12 @@ pub fn import(path: &Path, mask: &MaskOptions) -> Result<Case, ImportError> {
     }
 }
 
-fn read(path: &Path, limit: u64) -> Result<Vec<u8>, ImportError> {
+/// Reads a whole file of at most `limit` bytes.
+///
+/// # Errors
+///
+/// [`ImportError::Read`] or [`ImportError::TooLarge`].
+pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, ImportError> {
     read_limited(path, limit)
         .map_err(|source| ImportError::Read {
             file: path.into(),

@@ -1,0 +1,184 @@
+//! A stack made ready for measuring: log-compressed grey values, free of the scanner's gain, at any place.
+
+use glam::{DVec2, DVec3};
+
+use crate::{Image, Stack};
+
+/// Added to the grey value, as a share of the stack's mean, before its logarithm is taken: below it is darkness.
+const DARK: f32 = 0.1;
+/// About the size of the pixels measured in, mm: speckle is averaged, a boundary is not.
+const PIXEL_MM: f64 = 1.5;
+/// Distance between the planes that a stack is resampled to, mm.
+const PLANE_MM: f64 = 0.8;
+/// Grey from which a pixel counts for the mean.
+const LIT: f32 = 0.01;
+
+/// Log-compressed grey values of a stack. A change of gain adds the same everywhere, and the mean is about 0.
+#[derive(Debug, Clone)]
+pub(crate) struct Field {
+    pub slices: Vec<FieldSlice>,
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct FieldSlice {
+    pub z: f64,
+    width: usize,
+    height: usize,
+    spacing: DVec2,
+    origin: DVec2,
+    log: Vec<f32>,
+}
+
+impl Field {
+    pub fn of(stack: &Stack) -> Field {
+        let coarse: Vec<(f64, Coarse)> = stack
+            .slices()
+            .iter()
+            .map(|slice| (slice.z_mm, Coarse::of(&slice.image)))
+            .collect();
+        let (mut sum, mut count) = (0.0_f64, 0_usize);
+        for grey in coarse.iter().flat_map(|(_, coarse)| &coarse.grey) {
+            if *grey > LIT {
+                sum += f64::from(*grey);
+                count += 1;
+            }
+        }
+        let mean = if count > 0 { (sum / count as f64) as f32 } else { 1.0 };
+        let slices = coarse.into_iter().map(|(z, coarse)| FieldSlice {
+            z,
+            width: coarse.size[0],
+            height: coarse.size[1],
+            spacing: coarse.spacing,
+            origin: coarse.origin,
+            log: coarse.grey.iter().map(|grey| (grey / mean + DARK).ln()).collect(),
+        });
+        Field {
+            slices: planes(&slices.collect::<Vec<_>>()),
+        }
+    }
+
+    /// Middle of the stack, mm.
+    pub fn centre(&self) -> DVec3 {
+        let (Some(first), Some(last)) = (self.slices.first(), self.slices.last()) else {
+            return DVec3::ZERO;
+        };
+        first.centre().extend(0.5 * (first.z + last.z))
+    }
+
+    /// The stack as it would be of the gland's mirror image, about the sagittal plane through the middle of the images.
+    pub fn mirrored(&self) -> Field {
+        let mut mirror = self.clone();
+        for slice in &mut mirror.slices {
+            for row in slice.log.chunks_exact_mut(slice.width) {
+                row.reverse();
+            }
+        }
+        mirror
+    }
+
+    /// The image at a height: the plane nearest to it; the first and last hold beyond the ends.
+    #[inline]
+    pub fn plane(&self, z: f64) -> &FieldSlice {
+        let plane = ((z - self.slices[0].z) / PLANE_MM).round().max(0.0) as usize;
+        &self.slices[plane.min(self.slices.len() - 1)]
+    }
+
+    /// The value at a place.
+    pub fn at(&self, place: DVec3) -> f32 {
+        self.plane(place.z).at(place.truncate())
+    }
+}
+
+/// Planes every [`PLANE_MM`] from the first slice to the last, between slices by linear interpolation.
+fn planes(slices: &[FieldSlice]) -> Vec<FieldSlice> {
+    let (Some(first), Some(last)) = (slices.first(), slices.last()) else {
+        return Vec::new();
+    };
+    let count = ((last.z - first.z) / PLANE_MM).round() as usize + 1;
+    (0..count)
+        .map(|plane| {
+            let z = (first.z + plane as f64 * PLANE_MM).min(last.z);
+            let above = slices.partition_point(|slice| slice.z < z).min(slices.len() - 1);
+            let (low, high) = (&slices[above.saturating_sub(1)], &slices[above]);
+            let share = if high.z > low.z {
+                ((z - low.z) / (high.z - low.z)).clamp(0.0, 1.0) as f32
+            } else {
+                0.0
+            };
+            let log = low
+                .log
+                .iter()
+                .zip(&high.log)
+                .map(|(a, b)| a + share * (b - a))
+                .collect();
+            FieldSlice { z, log, ..high.clone() }
+        })
+        .collect()
+}
+
+/// An image averaged to pixels of about [`PIXEL_MM`]; what is not shown is black.
+struct Coarse {
+    size: [usize; 2],
+    spacing: DVec2,
+    origin: DVec2,
+    grey: Vec<f32>,
+}
+
+impl Coarse {
+    fn of(image: &Image) -> Coarse {
+        let fine = DVec2::from_array(image.spacing_mm());
+        let full = [image.width(), image.height()];
+        let block = [0, 1].map(|axis| ((PIXEL_MM / fine[axis]).round() as usize).clamp(1, full[axis] / 2));
+        let size = [full[0] / block[0], full[1] / block[1]];
+        let mut grey = Vec::with_capacity(size[0] * size[1]);
+        for row in 0..size[1] {
+            for column in 0..size[0] {
+                let mut sum = 0.0;
+                for y in row * block[1]..(row + 1) * block[1] {
+                    for x in column * block[0]..(column + 1) * block[0] {
+                        if image.is_shown(x, y) {
+                            sum += image.grey()[y * full[0] + x];
+                        }
+                    }
+                }
+                grey.push(sum / (block[0] * block[1]) as f32);
+            }
+        }
+        let block = DVec2::new(block[0] as f64, block[1] as f64);
+        Coarse {
+            size,
+            spacing: fine * block,
+            origin: DVec2::from_array(image.origin_mm()) + 0.5 * (block - 1.0) * fine,
+            grey,
+        }
+    }
+}
+
+impl FieldSlice {
+    pub fn centre(&self) -> DVec2 {
+        self.origin + 0.5 * self.spacing * DVec2::new(self.width as f64 - 1.0, self.height as f64 - 1.0)
+    }
+
+    /// Whether a place lies on the image.
+    pub fn holds(&self, place: DVec2) -> bool {
+        let pixel = (place - self.origin) / self.spacing;
+        let size = DVec2::new(self.width as f64, self.height as f64);
+        pixel.cmpge(DVec2::splat(-0.5)).all() && pixel.cmple(size - 0.5).all()
+    }
+
+    /// Between pixels, linearly; the nearest pixel holds beyond the edge.
+    #[inline]
+    pub fn at(&self, place: DVec2) -> f32 {
+        let x = (((place.x - self.origin.x) / self.spacing.x) as f32).clamp(0.0, (self.width - 1) as f32);
+        let y = (((place.y - self.origin.y) / self.spacing.y) as f32).clamp(0.0, (self.height - 1) as f32);
+        let (column, row) = (x as usize, y as usize);
+        let (u, v) = (x - column as f32, y - row as f32);
+        let right = usize::from(column + 1 < self.width);
+        let below = if row + 1 < self.height { self.width } else { 0 };
+        let corner = row * self.width + column;
+        let grey = &self.log;
+        let upper = grey[corner] + u * (grey[corner + right] - grey[corner]);
+        let lower = grey[corner + below] + u * (grey[corner + below + right] - grey[corner + below]);
+        upper + v * (lower - upper)
+    }
+}
