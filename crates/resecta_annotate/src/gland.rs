@@ -16,7 +16,7 @@ const HEIGHTS: usize = 20;
 /// Parameters of the pose: translation along x, y and z, and the logarithm of the scale.
 pub const POSE: usize = 4;
 
-/// A gland as landmarks at [`LEVELS`] levels.
+/// A gland as landmarks at levels of even distance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gland {
     /// Heights of the lowest and of the highest level, mm.
