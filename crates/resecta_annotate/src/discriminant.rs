@@ -116,7 +116,7 @@ impl Discriminant {
         let mut largest = f32::NEG_INFINITY;
         for (index, weights) in self.weights.chunks_exact(profile.len()).take(count).enumerate() {
             let score: f32 = weights.iter().zip(profile).map(|(weight, value)| weight * value).sum();
-            scores[index] = (score + self.offsets[index]);
+            scores[index] = score + self.offsets[index];
             largest = largest.max(scores[index]);
         }
         let middle = count / 2;
