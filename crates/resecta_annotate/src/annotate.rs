@@ -9,7 +9,7 @@ use resecta_anatomy::{Approximation, Case, CaseRuleError, CaseSource, Landmarks,
 use serde::{Deserialize, Serialize};
 
 use crate::appearance::{Zone, rms_mm};
-use crate::confidence::{Evidence, POOR_FIT_MM};
+use crate::confidence::Evidence;
 use crate::discriminant::Verdict;
 use crate::field::{Field, FieldSlice};
 use crate::gland::{Gland, POSE};
@@ -68,7 +68,7 @@ pub enum Flag {
         /// The share of its landmarks that does.
         share: f64,
     },
-    /// The grey values do not look as they should: the error expected is larger than [`POOR_FIT_MM`].
+    /// The grey values do not look as they should: one slice in six like it is further out than [`POOR_FIT_MM`](crate::POOR_FIT_MM).
     PoorFit,
     /// The gland's size, place or shape is as unusual as the model allows: a wrong spacing does that.
     Unusual,
@@ -343,7 +343,7 @@ impl SliceSearch<'_> {
         if share > HIDDEN_SHARE {
             flags.push(Flag::LeavesImage { share });
         }
-        if error_mm > POOR_FIT_MM {
+        if self.model.confidence.is_poor(error_mm) {
             flags.push(Flag::PoorFit);
         }
         if self.expected.is_none() && at_limit(&weights) {

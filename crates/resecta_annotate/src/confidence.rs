@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::appearance::Zone;
 
-/// Mean distance to the true outline above which a slice is flagged, mm: twice the target for the middle of a gland.
+/// A slice is flagged where one in six like it has a mean distance to the true outline above this, mm.
 pub const POOR_FIT_MM: f64 = 4.0;
 /// Least and largest error that is ever stated, mm.
 const STATED_MM: [f64; 2] = [0.1, 50.0];
@@ -43,6 +43,8 @@ impl Evidence {
 pub struct Confidence {
     /// Factors of: apex, middle, base, logarithm of the displacements asked for, mean surprise.
     pub factors: [f64; 5],
+    /// Standard deviation of the logarithm about the law: what one slice in six exceeds lies this much above it.
+    pub spread: f64,
     /// Largest mean surprise of the held-out slices: what surprises more is no image of the kind learned.
     pub most_surprise: f64,
 }
@@ -69,8 +71,30 @@ impl Confidence {
                 .zip(solved.iter())
                 .for_each(|(factor, value)| *factor = *value);
         }
+        let law = |evidence: &Evidence| -> f64 {
+            let regressors = evidence.regressors();
+            factors
+                .iter()
+                .zip(regressors)
+                .map(|(factor, value)| factor * value)
+                .sum()
+        };
+        let squares: f64 = seen
+            .iter()
+            .map(|(evidence, distance)| ((distance + FLOOR_MM).ln() - law(evidence)).powi(2))
+            .sum();
+        let spread = (squares / seen.len().max(1) as f64).sqrt();
         let most_surprise = seen.iter().map(|(evidence, _)| evidence.surprise).fold(0.0, f64::max);
-        Confidence { factors, most_surprise }
+        Confidence {
+            factors,
+            spread,
+            most_surprise,
+        }
+    }
+
+    /// Whether an expected error is to be flagged.
+    pub(crate) fn is_poor(&self, error_mm: f64) -> bool {
+        (error_mm + FLOOR_MM) * self.spread.exp() - FLOOR_MM > POOR_FIT_MM
     }
 
     /// The mean distance to the true outline that is expected of a fit, mm.

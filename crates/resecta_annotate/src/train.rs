@@ -175,7 +175,6 @@ struct HeldOut {
     seen: Vec<(Evidence, f64)>,
     /// Evidence of all slices found.
     evidence: Vec<Evidence>,
-    hidden: Vec<bool>,
 }
 
 impl HeldOut {
@@ -191,11 +190,6 @@ impl HeldOut {
             heights: case.stack.slices().iter().map(|slice| slice.z_mm).collect(),
             truth: case.outlines.clone(),
             seen: seen.collect(),
-            hidden: annotation
-                .slices
-                .iter()
-                .map(|slice| slice.flags.iter().any(|flag| *flag != crate::Flag::PoorFit))
-                .collect(),
             annotation,
             evidence,
         })
@@ -207,10 +201,10 @@ impl HeldOut {
         let seen: Vec<(Evidence, f64)> = others.flat_map(|(_, case)| case.seen.iter().copied()).collect();
         let confidence = Confidence::of(&seen);
         let mut annotation = self.annotation.clone();
-        for ((slice, evidence), hidden) in annotation.slices.iter_mut().zip(&self.evidence).zip(&self.hidden) {
+        for (slice, evidence) in annotation.slices.iter_mut().zip(&self.evidence) {
             slice.error_mm = confidence.error_mm(*evidence);
-            slice.flags.retain(|flag| *hidden && *flag != crate::Flag::PoorFit);
-            if slice.error_mm > crate::POOR_FIT_MM {
+            slice.flags.retain(|flag| *flag != crate::Flag::PoorFit);
+            if confidence.is_poor(slice.error_mm) {
                 slice.flags.push(crate::Flag::PoorFit);
             }
         }
