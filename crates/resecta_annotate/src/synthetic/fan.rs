@@ -77,8 +77,8 @@ impl Fan {
         )
     }
 
-    /// The image of levels along the lines, with pixels at whole multiples of the spacing. A pixel is shown where its whole area lies within
-    /// the sector.
+    /// The image of levels along the lines, with pixels at whole multiples of the spacing. A pixel is shown where its whole
+    /// area lies within the sector.
     pub fn image(&self, levels: &[f32], spacing_mm: f64) -> Result<Image, ImageError> {
         /// Points that are averaged are no farther apart than this, mm.
         const FINE_MM: f64 = 0.35;
