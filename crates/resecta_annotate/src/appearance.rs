@@ -14,15 +14,8 @@ const STEP_MM: f64 = 1.5;
 const HALF: usize = 8;
 /// Displacements to each side that a profile is judged for.
 const REACH: usize = 6;
-/// Lines beside a profile, parallel to it: how far away they lie, and their fewer samples.
-const SIDE_MM: f64 = 6.0;
-const SIDE_STEP_MM: f64 = 4.5;
-const SIDE_HALF: usize = 2;
-/// Samples of a profile with two lines beside it, within a slice, and with four, in space.
-const FLAT_SAMPLES: usize = 2 * HALF + 1 + 2 * (2 * SIDE_HALF + 1);
-const SPACE_SAMPLES: usize = 2 * HALF + 1 + 4 * (2 * SIDE_HALF + 1);
-/// Landmarks to each side whose profiles count as a landmark's own: more to learn from, and the same tissue.
-const POOLED: usize = 2;
+/// Samples of a profile.
+const SAMPLES: usize = 2 * HALF + 1;
 /// The same along the axis, at apex and base.
 const END_STEP_MM: f64 = 3.0;
 const END_HALF: usize = 4;
@@ -76,8 +69,8 @@ pub struct Appearance {
 impl Appearance {
     /// Learns from glands and the stacks that show them.
     pub(crate) fn of(cases: &[(Field, Gland)]) -> Appearance {
-        let none = |samples| vec![vec![Moments::new(2 * REACH + 1, samples); LANDMARKS]; Zone::ALL.len()];
-        let (mut surface, mut outline) = (none(SPACE_SAMPLES), none(FLAT_SAMPLES));
+        let none = vec![vec![Moments::new(2 * REACH + 1, SAMPLES); LANDMARKS]; Zone::ALL.len()];
+        let (mut surface, mut outline) = (none.clone(), none);
         let end_samples = END_COLUMNS.len() * (2 * END_HALF + 1);
         let mut ends = vec![Moments::new(2 * END_REACH + 1, end_samples); 2];
         for (field, gland) in cases {
@@ -103,18 +96,8 @@ impl Appearance {
             }
         }
         let learn = |zones: Vec<Vec<Moments>>| {
-            let pooled = |zone: &Vec<Moments>, landmark: usize| {
-                let mut moments = zone[landmark].clone();
-                for away in 1..=POOLED {
-                    moments.merge(&zone[(landmark + away) % LANDMARKS]);
-                    moments.merge(&zone[(landmark + LANDMARKS - away) % LANDMARKS]);
-                }
-                Discriminant::of(&moments)
-            };
-            zones
-                .iter()
-                .map(|zone| (0..LANDMARKS).map(|landmark| pooled(zone, landmark)).collect())
-                .collect()
+            let landmarks = |zone: &Vec<Moments>| zone.iter().map(Discriminant::of).collect();
+            zones.iter().map(landmarks).collect()
         };
         Appearance {
             surface: learn(surface),
@@ -130,15 +113,15 @@ impl Appearance {
         for end in &self.ends {
             parts.extend(end.parts("appearance.ends", 2 * END_REACH + 1, end_samples));
         }
-        for (field, zones, samples) in [
-            ("appearance.surface", &self.surface, SPACE_SAMPLES),
-            ("appearance.outline", &self.outline, FLAT_SAMPLES),
+        for (field, zones) in [
+            ("appearance.surface", &self.surface),
+            ("appearance.outline", &self.outline),
         ] {
             parts.push((field, zones.len(), Zone::ALL.len()));
             for zone in zones {
                 parts.push((field, zone.len(), LANDMARKS));
                 for landmark in zone {
-                    parts.extend(landmark.parts(field, 2 * REACH + 1, samples));
+                    parts.extend(landmark.parts(field, 2 * REACH + 1, SAMPLES));
                 }
             }
         }
@@ -170,39 +153,19 @@ impl Appearance {
     }
 }
 
-/// Grey values from inside to outside along a normal of the surface, then along lines beside it: left and right in the
-/// slice, above and below.
-fn space_profile(field: &Field, place: DVec3, normal: DVec3) -> [f32; SPACE_SAMPLES] {
-    let flat = SIDE_MM * DVec3::new(-normal.y, normal.x, 0.0).normalize_or_zero();
-    let up = normal.cross(flat);
-    samples([flat, -flat, up, -up], |side, along| {
-        let side: DVec3 = side.copied().unwrap_or_default();
-        field.at(place + side + along * normal)
-    })
+/// Grey values from inside to outside along a normal of the surface.
+fn space_profile(field: &Field, place: DVec3, normal: DVec3) -> [f32; SAMPLES] {
+    std::array::from_fn(|sample| field.at(place + along(sample) * normal))
 }
 
 /// The same within a slice.
-fn flat_profile(slice: &FieldSlice, place: DVec2, normal: DVec2) -> [f32; FLAT_SAMPLES] {
-    let flat = SIDE_MM * normal.perp();
-    samples([flat, -flat], |side, along| {
-        let side: DVec2 = side.copied().unwrap_or_default();
-        slice.at(place + side + along * normal)
-    })
+fn flat_profile(slice: &FieldSlice, place: DVec2, normal: DVec2) -> [f32; SAMPLES] {
+    std::array::from_fn(|sample| slice.at(place + along(sample) * normal))
 }
 
-fn samples<Side, const SIDES: usize, const N: usize>(
-    sides: [Side; SIDES],
-    at: impl Fn(Option<&Side>, f64) -> f32,
-) -> [f32; N] {
-    const OWN: usize = 2 * HALF + 1;
-    const BESIDE: usize = 2 * SIDE_HALF + 1;
-    std::array::from_fn(|sample| match sample.checked_sub(OWN) {
-        None => at(None, (sample as f64 - HALF as f64) * STEP_MM),
-        Some(beside) => {
-            let along = (beside % BESIDE) as f64 - SIDE_HALF as f64;
-            at(Some(&sides[beside / BESIDE]), along * SIDE_STEP_MM)
-        }
-    })
+/// Where a sample of a profile lies, mm outwards from the landmark.
+fn along(sample: usize) -> f64 {
+    (sample as f64 - HALF as f64) * STEP_MM
 }
 
 fn end_profile(field: &Field, gland: &Gland, end: usize, shift: f64) -> Vec<f32> {

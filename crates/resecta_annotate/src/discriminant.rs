@@ -29,7 +29,7 @@ pub(crate) struct Verdict {
     pub displacement: f32,
 }
 
-/// Sums over the profiles seen at each displacement, from which a discriminant follows; those of neighbouring landmarks add.
+/// Sums over the profiles seen at each displacement, from which a discriminant follows.
 #[derive(Debug, Clone)]
 pub(crate) struct Moments {
     /// At each displacement, how many, and the sum of the profiles.
@@ -53,14 +53,6 @@ impl Moments {
         self.count[displacement] += 1.0;
         self.sum[displacement] += &profile;
         self.products.ger(1.0, &profile, &profile, 1.0);
-    }
-
-    pub fn merge(&mut self, other: &Moments) {
-        for (displacement, sum) in self.sum.iter_mut().enumerate() {
-            self.count[displacement] += other.count[displacement];
-            *sum += &other.sum[displacement];
-        }
-        self.products += &other.products;
     }
 }
 

@@ -31,7 +31,6 @@ pub struct Score {
     /// Correlation over the slices of the error expected and the true one, by ranks.
     pub confidence: f64,
     /// Dice's coefficient of each slice of the gland, with the height in shares of the whole.
-    #[serde(skip)]
     pub slices: Vec<(f64, f64)>,
 }
 

@@ -153,8 +153,10 @@ fn a_wrong_spacing_is_flagged() {
 fn a_model_reads_back_as_it_was_and_a_damaged_one_is_refused_by_name() {
     let file = Path::new("prostate.pdm");
     let text = model().to_json();
-    assert_eq!(&Model::from_json(&text, file).expect("a model"), model());
-    let damaged = text.replacen("\"pose_mean\":[", "\"pose_mean\":[1", 1);
+    let back = Model::from_json(&text, file).expect("a model");
+    // A model is longer than anybody reads.
+    assert!(back == *model());
+    let damaged = text.replacen("\"offsets\":[", "\"offsets\":[0,", 1);
     assert!(matches!(
         Model::from_json(&damaged, file),
         Err(ModelError::Damaged { .. })
