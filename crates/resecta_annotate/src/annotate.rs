@@ -117,7 +117,7 @@ pub fn annotate(
     stack: &Stack,
     model: &Model,
     seed: u64,
-    mut progress: impl FnMut(usize, usize),
+    progress: impl FnMut(usize, usize),
 ) -> Result<Annotation, AnnotateError> {
     let images = stack.slices();
     if images.len() < MIN_SLICES {
@@ -125,6 +125,19 @@ pub fn annotate(
     }
     let field = Field::of(stack);
     let found = search_gland(model, &field, seed);
+    annotate_found(stack, &field, model, &found, seed, progress)
+}
+
+/// As [`annotate`], once the whole gland is found.
+pub(crate) fn annotate_found(
+    stack: &Stack,
+    field: &Field,
+    model: &Model,
+    found: &Found,
+    seed: u64,
+    mut progress: impl FnMut(usize, usize),
+) -> Result<Annotation, AnnotateError> {
+    let images = stack.slices();
     let gland = model.gland.at(&found.weights, field.centre());
     let crossing: Vec<usize> = (0..images.len())
         .filter(|&image| gland.section(images[image].z_mm).is_some())
@@ -180,7 +193,7 @@ pub fn annotate(
     Ok(Annotation {
         slices: slices.into_iter().flatten().collect(),
         gland,
-        weights: found.weights,
+        weights: found.weights.clone(),
         evaluations,
     })
 }
@@ -363,8 +376,7 @@ impl SliceSearch<'_> {
 
 impl Annotation {
     /// What is known of a slice before its error can be estimated, for calibration.
-    pub(crate) fn evidence(&self, model: &Model, stack: &Stack) -> Vec<Evidence> {
-        let field = Field::of(stack);
+    pub(crate) fn evidence(&self, model: &Model, field: &Field) -> Vec<Evidence> {
         self.slices
             .iter()
             .map(|slice| {

@@ -71,17 +71,9 @@ impl Confidence {
                 .zip(solved.iter())
                 .for_each(|(factor, value)| *factor = *value);
         }
-        let law = |evidence: &Evidence| -> f64 {
-            let regressors = evidence.regressors();
-            factors
-                .iter()
-                .zip(regressors)
-                .map(|(factor, value)| factor * value)
-                .sum()
-        };
         let squares: f64 = seen
             .iter()
-            .map(|(evidence, distance)| ((distance + FLOOR_MM).ln() - law(evidence)).powi(2))
+            .map(|(evidence, distance)| ((distance + FLOOR_MM).ln() - law(&factors, *evidence)).powi(2))
             .sum();
         let spread = (squares / seen.len().max(1) as f64).sqrt();
         let most_surprise = seen.iter().map(|(evidence, _)| evidence.surprise).fold(0.0, f64::max);
@@ -102,15 +94,14 @@ impl Confidence {
         if evidence.surprise > self.most_surprise {
             return STATED_MM[1];
         }
-        let regressors = evidence.regressors();
-        let logarithm: f64 = self
-            .factors
-            .iter()
-            .zip(regressors)
-            .map(|(factor, value)| factor * value)
-            .sum();
-        (logarithm.exp() - FLOOR_MM).clamp(STATED_MM[0], STATED_MM[1])
+        (law(&self.factors, evidence).exp() - FLOOR_MM).clamp(STATED_MM[0], STATED_MM[1])
     }
+}
+
+/// The logarithm of the error that factors make of evidence.
+fn law(factors: &[f64; 5], evidence: Evidence) -> f64 {
+    let terms = factors.iter().zip(evidence.regressors());
+    terms.map(|(factor, value)| factor * value).sum()
 }
 
 #[cfg(test)]

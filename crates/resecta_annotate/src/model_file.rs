@@ -3,11 +3,12 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use resecta_anatomy::import::{self, ImportError};
 use serde::{Deserialize, Serialize};
 
 use crate::Model;
 use crate::appearance::Appearance;
-use crate::gland::{LEVELS, POSE};
+use crate::gland::LEVELS;
 use crate::landmarks::LANDMARKS;
 use crate::principal::Modes;
 
@@ -23,20 +24,9 @@ const MAX_MODES: usize = 200;
 /// Why a model's file cannot be used. Every text names the file.
 #[derive(Debug, thiserror::Error)]
 pub enum ModelError {
-    /// The file system said no.
-    #[error("{}: cannot be read: {source}", file.display())]
-    Read {
-        /// The file.
-        file: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// Larger than any model.
-    #[error("{}: is larger than {MAX_FILE_BYTES} bytes, the most that is read", file.display())]
-    TooLarge {
-        /// The file.
-        file: PathBuf,
-    },
+    /// The file cannot be read, or is larger than any model.
+    #[error(transparent)]
+    File(#[from] ImportError),
     /// Not JSON, or a wrong or missing field.
     #[error("{}:{line}:{column}: {field}: {message}", file.display())]
     Syntax {
@@ -102,7 +92,7 @@ struct Header {
 struct ModelFile {
     format: String,
     version: u32,
-    /// Of the model as JSON without spaces.
+    /// BLAKE3 of the model as JSON without spaces.
     checksum: String,
     model: Model,
 }
@@ -114,14 +104,7 @@ impl Model {
     ///
     /// Every [`ModelError`] but [`ModelError::Write`].
     pub fn load(path: &Path) -> Result<Model, ModelError> {
-        let read = |source| ModelError::Read {
-            file: path.into(),
-            source,
-        };
-        if std::fs::metadata(path).map_err(read)?.len() > MAX_FILE_BYTES {
-            return Err(ModelError::TooLarge { file: path.into() });
-        }
-        let bytes = std::fs::read(path).map_err(read)?;
+        let bytes = import::read(path, MAX_FILE_BYTES)?;
         Model::from_json(&String::from_utf8_lossy(&bytes), path)
     }
 
@@ -177,11 +160,7 @@ impl Model {
 
     fn checksum(&self) -> String {
         let text = serde_json::to_string(self).expect("a model is plain data");
-        // FNV-1a, 64 bits: against damage, not against malice.
-        let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-        });
-        format!("{hash:016x}")
+        blake3::hash(text.as_bytes()).to_hex().to_string()
     }
 
     fn check(&self, file: &Path) -> Result<(), ModelError> {
@@ -199,12 +178,11 @@ impl Model {
         };
         let modes = |field, modes: &Modes, length| {
             shape(field, modes.mean.len(), length)?;
-            shape(field, modes.modes.len().min(MAX_MODES), modes.modes.len())?;
+            shape(field, modes.modes.len(), modes.modes.len().min(MAX_MODES))?;
             modes.modes.iter().try_for_each(|mode| shape(field, mode.len(), length))
         };
         modes("gland.shape", &self.gland.shape, 2 * LEVELS * LANDMARKS + 1)?;
         modes("section.shape", &self.section.shape, 2 * LANDMARKS)?;
-        shape("gland.pose_mean", self.gland.pose_mean.len(), POSE)?;
         Appearance::parts(&self.appearance)
             .into_iter()
             .try_for_each(|(field, found, expected)| shape(field, found, expected))

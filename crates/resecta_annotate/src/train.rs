@@ -3,13 +3,14 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::annotate::annotate;
+use crate::annotate::{annotate_found, search_gland};
 use crate::appearance::Appearance;
 use crate::compare::mean_distance_mm;
 use crate::confidence::{Confidence, Evidence};
 use crate::field::Field;
 use crate::gland::{Gland, GlandModel};
 use crate::score::{Figures, Score, score};
+use crate::search::Found;
 use crate::section::SectionModel;
 use crate::{Annotation, Model, Stack};
 
@@ -81,9 +82,11 @@ impl Model {
                     .map(|(_, case)| case)
                     .collect();
                 let mut model = learn(&others);
-                let whole = HeldOut::of(&cases[left_out], &model, seed);
+                let field = &ready[left_out][0].0;
+                let found = search_gland(&model, field, seed);
+                let whole = HeldOut::of(&cases[left_out], field, &model, &found, seed);
                 model.adjusts_slices = true;
-                let adjusted = HeldOut::of(&cases[left_out], &model, seed);
+                let adjusted = HeldOut::of(&cases[left_out], field, &model, &found, seed);
                 let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                 progress(done, cases.len());
                 Some([whole?, adjusted?])
@@ -178,9 +181,9 @@ struct HeldOut {
 }
 
 impl HeldOut {
-    fn of(case: &TrainingCase, model: &Model, seed: u64) -> Option<HeldOut> {
-        let annotation = annotate(&case.stack, model, seed, |_, _| {}).ok()?;
-        let evidence = annotation.evidence(model, &case.stack);
+    fn of(case: &TrainingCase, field: &Field, model: &Model, found: &Found, seed: u64) -> Option<HeldOut> {
+        let annotation = annotate_found(&case.stack, field, model, found, seed, |_, _| {}).ok()?;
+        let evidence = annotation.evidence(model, field);
         let seen = annotation.slices.iter().zip(&evidence).filter_map(|(slice, evidence)| {
             let (_, drawn) = case.outlines.iter().find(|(z, _)| (z - slice.z_mm).abs() < 1e-3)?;
             Some((*evidence, mean_distance_mm(drawn, &slice.capsule)))
