@@ -233,6 +233,18 @@ impl Outlines {
         self.set(image, Some(copied), false);
     }
 
+    /// Takes the flags off an outline: somebody looked at it and found it right.
+    pub fn accept(&mut self, image: usize) {
+        let Some(outline) = self.of(image).filter(|outline| !outline.flags.is_empty()) else {
+            return;
+        };
+        let accepted = Outline {
+            flags: Vec::new(),
+            ..outline.clone()
+        };
+        self.set(image, Some(accepted), false);
+    }
+
     /// Searches one image anew from the outline it has, or from the mean section where it has none.
     ///
     /// # Errors
@@ -420,6 +432,23 @@ mod tests {
         }
         let volume = outlines.volume_ml(&stack());
         assert!((back.volume_ml(&stack()) / volume - 1.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn an_outline_that_was_looked_at_keeps_its_error_and_loses_its_flags() {
+        let mut outlines = ringed();
+        outlines.accept(2);
+        let accepted = outlines.of(2).unwrap();
+        assert_eq!(
+            (accepted.origin, accepted.flags.len()),
+            (Origin::Found { error_mm: 1.25 }, 0)
+        );
+        outlines.accept(2);
+        outlines.undo();
+        assert_eq!(
+            (outlines.of(2).unwrap().flags.len(), outlines.steps()),
+            (1, [false, true])
+        );
     }
 
     #[test]
