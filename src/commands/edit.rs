@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use resecta::game::{self, GameOptions, Images};
+use resecta::game::{self, GameOptions, ImageFiles, Images};
 
 use super::{Failure, images::ImageGeometry};
 
@@ -24,12 +24,12 @@ pub struct Edit {
 
 impl Edit {
     pub fn run(self) -> Result<(), Failure> {
-        let images = Images::Files {
+        let images = Images::Files(Box::new(ImageFiles {
             path: self.images,
             geometry: self.geometry.geometry(),
             case: self.case,
             model: self.model,
-        };
+        }));
         Ok(game::run(GameOptions {
             images: Some(images),
             ..GameOptions::default()

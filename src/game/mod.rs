@@ -79,7 +79,7 @@ pub use display::NoDisplay;
 pub use flow::{GameFlow, Phase};
 pub use gallery::GalleryError;
 pub use layout::ViewLayout;
-pub use outlines::Images;
+pub use outlines::{ImageFiles, Images};
 pub use replay::{ReplayOptions, replay};
 pub use settings::{KeptSettings, Settings, SettingsError, SettingsFile, SettingsPage, SettingsPlugin, SoundSettings};
 pub use sound::{SoundDevice, SoundOutput};

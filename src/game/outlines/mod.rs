@@ -21,7 +21,7 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, RichText, Ui},
 };
-use resecta_annotate::{Geometry, Model, Outlines, Stack};
+use resecta_annotate::{Model, Outlines, Stack};
 use resecta_scenario::CASE_SUFFIX;
 
 use self::{
@@ -35,7 +35,7 @@ use super::{
     palette,
 };
 
-pub use self::work::Images;
+pub use self::work::{ImageFiles, Images};
 
 /// Side of the image, points.
 const IMAGE: [f32; 2] = [640.0, 560.0];
@@ -147,12 +147,10 @@ fn take_dropped(mut dropped: MessageReader<FileDragAndDrop>, flow: Res<GameFlow>
 }
 
 fn of_path(path: PathBuf) -> Images {
-    Images::Files {
+    Images::Files(Box::new(ImageFiles {
         path,
-        geometry: Geometry::default(),
-        case: None,
-        model: None,
-    }
+        ..ImageFiles::default()
+    }))
 }
 
 fn finish_work(mut editor: ResMut<Editor>) {

@@ -26,19 +26,23 @@ const EXAMPLE_SPACING_MM: f64 = 0.5;
 /// Where images come from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Images {
-    /// A folder, a volume or a DICOM file.
-    Files {
-        /// The path.
-        path: PathBuf,
-        /// What is said of them beside their sidecar.
-        geometry: Geometry,
-        /// A case with outlines of them; they are searched where there is none.
-        case: Option<PathBuf>,
-        /// The model to search with; the shipped one where there is none.
-        model: Option<PathBuf>,
-    },
+    /// Somebody's own.
+    Files(Box<ImageFiles>),
     /// Synthetic ultrasound of a shipped gland.
     Example,
+}
+
+/// Images in files, and what goes with them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ImageFiles {
+    /// A folder of pictures, a volume or a DICOM file.
+    pub path: PathBuf,
+    /// What is said of them beside their sidecar.
+    pub geometry: Geometry,
+    /// A case with outlines of them; they are searched where there is none.
+    pub case: Option<PathBuf>,
+    /// The model to search with; the shipped one where there is none.
+    pub model: Option<PathBuf>,
 }
 
 /// Images with outlines to mend.
@@ -123,14 +127,9 @@ impl Work {
 
 fn open(images: Images, progress: &[AtomicUsize; 2]) -> Result<Opened, String> {
     let (stack, name, case, model) = match images {
-        Images::Files {
-            path,
-            geometry,
-            case,
-            model,
-        } => {
-            let stack = read_stack(&path, &geometry).map_err(|error| error.to_string())?;
-            (stack, name_of(&path), case, model)
+        Images::Files(files) => {
+            let stack = read_stack(&files.path, &files.geometry).map_err(|error| error.to_string())?;
+            (stack, name_of(&files.path), files.case, files.model)
         }
         Images::Example => (example()?, "example".to_owned(), None, None),
     };
