@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use bevy::math::DVec3;
 use clap::Args;
 use resecta::{
     anatomy::{Case, CaseSource},
@@ -9,7 +10,7 @@ use resecta::{
     assets,
 };
 
-use super::{Failure, case_path, files, images::ImageGeometry, mesh, run::progress_bar};
+use super::{Failure, case_path, files, images::ImageGeometry, import::numbers, mesh, run::progress_bar};
 
 /// Find the prostate in ultrasound images and make a case of it
 ///
@@ -31,6 +32,9 @@ pub struct Annotate {
     sheet: Option<PathBuf>,
     #[command(flatten)]
     geometry: ImageGeometry,
+    /// A place that the urethra is known to pass, mm from the first pixel of the lowest image; may be given again
+    #[arg(long, value_parser = place, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    urethra: Vec<DVec3>,
     /// Start of the search's chance
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -78,7 +82,7 @@ impl Annotate {
         };
         let name = self.name.unwrap_or_else(|| stem.to_owned());
         let case = annotation
-            .to_case(&stack, &name, source)
+            .to_case(&stack, &name, source, &self.urethra)
             .map_err(|source| Failure::AnnotatedCase {
                 images: self.images.clone(),
                 source,
@@ -89,6 +93,13 @@ impl Annotate {
         print_table(&annotation, &case);
         println!("written to {} and {}", self.out.display(), sheet.display());
         Ok(())
+    }
+}
+
+fn place(text: &str) -> Result<DVec3, String> {
+    match numbers(text)?[..] {
+        [x, y, z] => Ok(DVec3::new(x, y, z)),
+        _ => Err("expected three numbers".into()),
     }
 }
 

@@ -6,8 +6,8 @@
 
 use std::fmt;
 
-use glam::DVec2;
-use resecta_anatomy::{Case, CaseRuleError, CaseSource, Landmarks, MIN_SLICES, Slice, Unit, contour};
+use glam::{DVec2, DVec3};
+use resecta_anatomy::{Case, CaseRuleError, CaseSource, MIN_SLICES, contour};
 use serde::{Deserialize, Serialize};
 
 use crate::appearance::{Zone, rms_mm};
@@ -15,11 +15,10 @@ use crate::confidence::Evidence;
 use crate::discriminant::Verdict;
 use crate::field::{Field, FieldSlice};
 use crate::gland::{Gland, POSE};
-use crate::outlines::found_rule;
+use crate::outlined_case::{CaseSlice, case_of, found_rule, urethra_at};
 use crate::principal::WEIGHT_LIMIT;
 use crate::search::{Found, GeneticOptions, genetic, local};
 use crate::section::SECTION_POSE;
-use crate::stack::note;
 use crate::{Image, Model, Stack};
 
 /// Evaluations of the compass search after each genetic one.
@@ -36,8 +35,6 @@ const CARRIED: f64 = 0.5;
 const AT_LIMIT: f64 = 0.98;
 /// Share of an outline that may lie beyond what the image shows.
 const HIDDEN_SHARE: f64 = 0.05;
-/// A hundredth of a millimetre is more than an outline knows.
-const ROUNDING: f64 = 100.0;
 
 /// Why a stack gave no annotation.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -407,15 +404,25 @@ impl Annotation {
     }
 
     /// The case: capsules as found, everything else by the rules of [`Case::complete`]. Each slice's expected error and
-    /// flags are noted in [`Case::approximated`], and what was not taken from the image files as it stood.
+    /// flags are noted in [`Case::approximated`], and what was not taken from the image files as it stood. `urethra` are places,
+    /// mm, that it is known to pass; each counts for the slice nearest to it.
     ///
     /// # Errors
     ///
     /// The rule that the outlines break.
-    pub fn to_case(&self, stack: &Stack, name: &str, source: CaseSource) -> Result<Case, CaseRuleError> {
-        let slices = self.slices.iter().map(|slice| {
-            let rule = found_rule(slice.image, slice.error_mm, &slice.flags);
-            (slice.z_mm, slice.capsule.as_slice(), Some(rule))
+    pub fn to_case(
+        &self,
+        stack: &Stack,
+        name: &str,
+        source: CaseSource,
+        urethra: &[DVec3],
+    ) -> Result<Case, CaseRuleError> {
+        let near = 0.5 * crate::stack::mean_distance_mm(stack);
+        let slices = self.slices.iter().map(|slice| CaseSlice {
+            z_mm: slice.z_mm,
+            capsule: &slice.capsule,
+            rule: Some(found_rule(slice.image, slice.error_mm, &slice.flags)),
+            urethra: urethra_at(urethra, slice.z_mm, near),
         });
         case_of(slices, stack, name, source)
     }
@@ -428,37 +435,6 @@ impl Annotation {
                 .map(|slice| (slice.z_mm, contour::signed_area(&slice.capsule).abs())),
         )
     }
-}
-
-/// The case of outlines in a stack: heights in mm, corners in mm, and what is to be noted of each.
-pub(crate) fn case_of<'a>(
-    outlines: impl Iterator<Item = (f64, &'a [DVec2], Option<String>)>,
-    stack: &Stack,
-    name: &str,
-    source: CaseSource,
-) -> Result<Case, CaseRuleError> {
-    let round = |place: &DVec2| (*place * ROUNDING).round() / ROUNDING + DVec2::ZERO;
-    let mut approximated = stack.notes.clone();
-    let slices = outlines.enumerate().map(|(index, (z, capsule, rule))| {
-        approximated.extend(rule.map(|rule| note(format!("slices[{index}].capsule"), rule)));
-        Slice {
-            z,
-            capsule: capsule.iter().map(round).collect(),
-            urethra: None,
-            transition_zone: None,
-        }
-    });
-    let slices = slices.collect();
-    Case {
-        name: name.to_owned(),
-        source,
-        unit: Unit::Millimetre,
-        material: "palpation_5hz".into(),
-        landmarks: Landmarks::default(),
-        approximated,
-        slices,
-    }
-    .complete()
 }
 
 /// Volume of a stack of areas (height in mm, area in mm²) by rising height, ml: each as thick as the space to its neighbours.

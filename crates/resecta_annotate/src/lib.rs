@@ -14,7 +14,7 @@
 //! | what the grey values about a boundary look like | `field.rs`, `discriminant.rs`, `appearance.rs` |
 //! | the genetic algorithm, and what it is compared with | `search/` |
 //! | training, and the file of a trained model | `model.rs`, `train.rs`, `model_file.rs` |
-//! | annotating a stack or a slice, confidence, the case made of it | `annotate.rs`, `confidence.rs` |
+//! | annotating a stack or a slice, confidence, the case made of it | `annotate.rs`, `confidence.rs`, `outlined_case.rs` |
 //! | mending outlines by hand, with undo | `outlines.rs` |
 //! | how well outlines agree | `compare.rs`, `score.rs` |
 
@@ -30,6 +30,7 @@ mod image;
 pub mod landmarks;
 mod model;
 mod model_file;
+mod outlined_case;
 mod outlines;
 pub mod principal;
 mod read;

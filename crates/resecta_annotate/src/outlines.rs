@@ -1,10 +1,12 @@
 //! Outlines in somebody's hands: what was found in a stack, mended slice by slice, with every step to be undone.
 
 use glam::DVec2;
-use resecta_anatomy::{Case, CaseRuleError, CaseSource, contour};
+use resecta_anatomy::{Approximation, Case, CaseRuleError, CaseSource, contour};
 
-use crate::annotate::{case_of, volume_ml};
+use crate::annotate::volume_ml;
 use crate::landmarks::{LANDMARKS, landmarks};
+use crate::outlined_case::{CaseSlice, case_of, found_rule};
+use crate::stack::mean_distance_mm;
 use crate::{AnnotateError, AnnotatedSlice, Annotation, Flag, Model, Stack, Zone, annotate_slice};
 
 /// Landmarks to either side that follow one that is dragged, less and less.
@@ -65,36 +67,34 @@ impl Outline {
     }
 }
 
-/// What is noted of an outline that a search found.
-pub(crate) fn found_rule(image: usize, error_mm: f64, flags: &[Flag]) -> String {
-    let mut rule =
-        format!("found in image {image} by the point distribution model; mean error expected {error_mm:.1} mm");
-    for flag in flags {
-        rule.push_str(&format!("; {flag}"));
-    }
-    rule
-}
-
 /// The outlines of a stack, one or none an image, and the way back.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Outlines {
-    images: Vec<Option<Outline>>,
+    images: Vec<Drawing>,
     done: Vec<Step>,
     undone: Vec<Step>,
+}
+
+/// What is drawn on an image.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Drawing {
+    outline: Option<Outline>,
+    /// Where the urethra passes, mm, where somebody knows.
+    urethra: Option<DVec2>,
 }
 
 /// What an image had before a step, or after one that was undone.
 #[derive(Debug, Clone, PartialEq)]
 struct Step {
     image: usize,
-    outline: Option<Outline>,
+    drawing: Drawing,
 }
 
 impl Outlines {
     /// None yet.
     pub fn none(stack: &Stack) -> Outlines {
         Outlines {
-            images: vec![None; stack.slices().len()],
+            images: vec![Drawing::default(); stack.slices().len()],
             ..Outlines::default()
         }
     }
@@ -104,7 +104,7 @@ impl Outlines {
         let mut outlines = Outlines::none(stack);
         for slice in annotation.slices {
             if let Some(place) = outlines.images.get_mut(slice.image) {
-                *place = Some(slice.into());
+                place.outline = Some(slice.into());
             }
         }
         outlines
@@ -115,19 +115,25 @@ impl Outlines {
     pub fn of_case(stack: &Stack, case: &Case) -> (Outlines, usize) {
         let mut outlines = Outlines::none(stack);
         let heights: Vec<f64> = stack.slices().iter().map(|slice| slice.z_mm).collect();
-        let near = SAME_HEIGHT * (heights[heights.len() - 1] - heights[0]) / (heights.len() - 1).max(1) as f64;
+        let near = SAME_HEIGHT * mean_distance_mm(stack);
         let mut left_out = 0;
-        for slice in &case.slices {
+        for (index, slice) in case.slices.iter().enumerate() {
             let away = |image: &usize| (heights[*image] - slice.z).abs();
             let nearest = (0..heights.len()).min_by(|a, b| away(a).total_cmp(&away(b)));
-            let place = nearest.filter(|image| away(image) <= near && outlines.images[*image].is_none());
+            let place = nearest.filter(|image| away(image) <= near && outlines.of(*image).is_none());
             match (place, landmarks(&slice.capsule)) {
                 (Some(image), Some(capsule)) => {
-                    outlines.images[image] = Some(Outline {
-                        capsule,
-                        origin: Origin::Drawn,
-                        flags: Vec::new(),
-                    });
+                    let by_rule = |note: &Approximation| note.what == format!("slices[{index}].urethra");
+                    let is_marked = !case.approximated.iter().any(by_rule);
+                    let marked = slice.urethra.as_ref().filter(|_| is_marked);
+                    outlines.images[image] = Drawing {
+                        outline: Some(Outline {
+                            capsule,
+                            origin: Origin::Drawn,
+                            flags: Vec::new(),
+                        }),
+                        urethra: marked.map(|urethra| contour::centroid(urethra)),
+                    };
                 }
                 _ => left_out += 1,
             }
@@ -137,13 +143,13 @@ impl Outlines {
 
     /// The outline of an image.
     pub fn of(&self, image: usize) -> Option<&Outline> {
-        self.images.get(image)?.as_ref()
+        self.images.get(image)?.outline.as_ref()
     }
 
     /// Images with an outline, by rising height.
     pub fn outlined(&self) -> impl DoubleEndedIterator<Item = (usize, &Outline)> {
         let all = self.images.iter().enumerate();
-        all.filter_map(|(image, outline)| Some((image, outline.as_ref()?)))
+        all.filter_map(|(image, drawing)| Some((image, drawing.outline.as_ref()?)))
     }
 
     /// The zone of an image by where it lies between the lowest and the highest outline.
@@ -157,13 +163,38 @@ impl Outlines {
     /// Puts an outline on an image, or takes it away, as one step. `joined` makes it part of the step before if that was on
     /// the same image: a drag is one step.
     pub fn set(&mut self, image: usize, outline: Option<Outline>, joined: bool) {
-        let Some(place) = self.images.get_mut(image) else {
+        let Some(urethra) = self.images.get(image).map(|drawing| drawing.urethra) else {
             return;
         };
-        let before = std::mem::replace(place, outline);
+        self.draw(image, Drawing { outline, urethra }, joined);
+    }
+
+    /// Where the urethra passes in an image, mm, where somebody marked it.
+    pub fn urethra(&self, image: usize) -> Option<DVec2> {
+        self.images.get(image)?.urethra
+    }
+
+    /// Marks where the urethra passes in an image, mm, or takes the mark away. Between marks it runs straight; without any it
+    /// is put in by rule. A place outside the image's outline is not taken.
+    pub fn mark_urethra(&mut self, image: usize, place: Option<DVec2>) {
+        let Some(outline) = self.of(image).cloned() else {
+            return;
+        };
+        if place.is_some_and(|place| !contour::contains(&outline.capsule, place)) {
+            return;
+        }
+        let drawing = Drawing {
+            outline: Some(outline),
+            urethra: place,
+        };
+        self.draw(image, drawing, false);
+    }
+
+    fn draw(&mut self, image: usize, drawing: Drawing, joined: bool) {
+        let before = std::mem::replace(&mut self.images[image], drawing);
         let is_part = joined && self.done.last().is_some_and(|step| step.image == image);
         if !is_part {
-            self.done.push(Step { image, outline: before });
+            self.done.push(Step { image, drawing: before });
             if self.done.len() > MAX_STEPS {
                 self.done.remove(0);
             }
@@ -263,10 +294,10 @@ impl Outlines {
     /// Undoes the last step. The image it was on.
     pub fn undo(&mut self) -> Option<usize> {
         let step = self.done.pop()?;
-        let after = std::mem::replace(&mut self.images[step.image], step.outline);
+        let after = std::mem::replace(&mut self.images[step.image], step.drawing);
         self.undone.push(Step {
             image: step.image,
-            outline: after,
+            drawing: after,
         });
         Some(step.image)
     }
@@ -274,10 +305,10 @@ impl Outlines {
     /// Does the step again that was undone last. The image it is on.
     pub fn redo(&mut self) -> Option<usize> {
         let step = self.undone.pop()?;
-        let before = std::mem::replace(&mut self.images[step.image], step.outline);
+        let before = std::mem::replace(&mut self.images[step.image], step.drawing);
         self.done.push(Step {
             image: step.image,
-            outline: before,
+            drawing: before,
         });
         Some(step.image)
     }
@@ -299,7 +330,12 @@ impl Outlines {
     pub fn to_case(&self, stack: &Stack, name: &str, source: CaseSource) -> Result<Case, CaseRuleError> {
         let slices = self.outlined().filter_map(|(image, outline)| {
             let z = stack.slices().get(image)?.z_mm;
-            Some((z, outline.capsule.as_slice(), outline.rule(image)))
+            Some(CaseSlice {
+                z_mm: z,
+                capsule: &outline.capsule,
+                rule: outline.rule(image),
+                urethra: self.urethra(image),
+            })
         });
         case_of(slices, stack, name, source)
     }
@@ -351,7 +387,7 @@ mod tests {
     fn ringed() -> Outlines {
         let mut outlines = Outlines::none(&stack());
         for (image, radius) in [8.0, 12.0, 13.0, 12.0, 9.0].into_iter().enumerate() {
-            outlines.images[image] = Some(ring(radius));
+            outlines.images[image].outline = Some(ring(radius));
         }
         outlines
     }
@@ -449,6 +485,32 @@ mod tests {
             (outlines.of(2).unwrap().flags.len(), outlines.steps()),
             (1, [false, true])
         );
+    }
+
+    #[test]
+    fn a_marked_urethra_is_in_the_case_and_one_outside_is_not_taken() {
+        let mut outlines = ringed();
+        outlines.mark_urethra(1, Some(DVec2::new(30.0, 0.0)));
+        assert_eq!(outlines.urethra(1), None);
+        let (low, high) = (DVec2::new(1.0, 2.0), DVec2::new(-1.0, -3.0));
+        outlines.mark_urethra(1, Some(low));
+        outlines.mark_urethra(3, Some(high));
+        outlines.mark_urethra(4, Some(DVec2::ZERO));
+        assert_eq!(outlines.undo(), Some(4));
+        let source = CaseSource {
+            description: "test".into(),
+            licence: "CC0-1.0".into(),
+        };
+        let case = outlines.to_case(&stack(), "marked", source).expect("a case");
+        let centre = |slice: usize| contour::centroid(case.slices[slice].urethra.as_ref().unwrap());
+        assert!(centre(1).distance(low) < 0.01 && centre(3).distance(high) < 0.01);
+        assert!(
+            centre(2).distance(0.5 * (low + high)) < 0.01,
+            "straight between marks: {}",
+            centre(2)
+        );
+        let (back, _) = Outlines::of_case(&stack(), &case);
+        assert_eq!((back.urethra(2), back.urethra(1).is_some()), (None, true));
     }
 
     #[test]

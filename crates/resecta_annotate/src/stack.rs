@@ -90,6 +90,13 @@ impl Stack {
     }
 }
 
+/// Mean distance between the images of a stack, mm; nothing where there is one image.
+pub(crate) fn mean_distance_mm(stack: &Stack) -> f64 {
+    let slices = stack.slices();
+    let gaps = slices.len().saturating_sub(1).max(1) as f64;
+    (slices[slices.len() - 1].z_mm - slices[0].z_mm) / gaps
+}
+
 pub(crate) fn note(what: impl Into<String>, rule: impl Into<String>) -> Approximation {
     Approximation {
         what: what.into(),

@@ -3,8 +3,9 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
+use glam::DVec2;
 use resecta_anatomy::generate::{GlandSpec, generate};
-use resecta_anatomy::{Case, CaseSource};
+use resecta_anatomy::{Case, CaseSource, contour};
 use resecta_annotate::compare::mean_distance_mm;
 use resecta_annotate::{
     AnnotateError, Annotation, Flag, Image, ImageSlice, Model, ModelError, Stack, SyntheticOptions, TrainError,
@@ -78,7 +79,12 @@ fn an_unseen_gland_is_found_and_becomes_a_case() {
         description: "synthetic".into(),
         licence: "MIT".into(),
     };
-    let case = found.to_case(&stack(&truth, 9), "found", source).expect("a case");
+    let stack = stack(&truth, 9);
+    let middle = &found.slices[found.slices.len() / 2];
+    let known = (middle.capsule.iter().sum::<DVec2>() / middle.capsule.len() as f64).extend(middle.z_mm + 0.1);
+    let case = found.to_case(&stack, "found", source, &[known]).expect("a case");
+    let urethra = case.slices[found.slices.len() / 2].urethra.as_ref().expect("a urethra");
+    assert!(contour::centroid(urethra).distance(known.truncate()) < 0.01);
     assert!(case.slices.iter().all(|slice| slice.urethra.is_some()));
     assert!(case.approximated.iter().any(|note| note.what == "slices[0].capsule"));
 }

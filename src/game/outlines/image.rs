@@ -84,6 +84,19 @@ impl Shown {
                 painter.circle(frame.to_screen(*place), radius, fill, Stroke::new(1.0, palette::GROUND));
             }
         }
+        if is_open && response.secondary_clicked() {
+            let clicked = response.interact_pointer_pos().map(|pointer| frame.to_image(pointer));
+            let is_there = outlines
+                .urethra(index)
+                .zip(clicked)
+                .is_some_and(|(mark, clicked)| frame.to_screen(mark).distance(frame.to_screen(clicked)) <= REACH);
+            outlines.mark_urethra(index, clicked.filter(|_| !is_there));
+        }
+        if let Some(mark) = outlines.urethra(index) {
+            let centre = frame.to_screen(mark);
+            painter.circle_stroke(centre, 2.0 * DOT, Stroke::new(2.0, palette::ACCENT));
+            painter.circle_filled(centre, 0.5 * DOT, palette::ACCENT);
+        }
         if response.hovered() {
             self.wheel += ui.input(|input| input.smooth_scroll_delta.y);
         }

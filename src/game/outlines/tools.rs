@@ -103,7 +103,7 @@ fn slices(ui: &mut Ui, open: &mut Open) {
         }
     }
     let words = format!(
-        "Image {} of {count}, {:.1} mm. Wheel, Page Up and Page Down: other images. Drag points or the whole outline.",
+        "Image {} of {count}, {:.1} mm. Wheel, Page Up, Page Down: others. Drag points or all of it. Right click: urethra here.",
         open.image + 1,
         open.stack.slices()[open.image].z_mm
     );

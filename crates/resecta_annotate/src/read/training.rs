@@ -7,6 +7,7 @@ use resecta_anatomy::import::{ImportError, MaskOptions, import};
 use resecta_anatomy::{Case, CaseError};
 
 use super::{Geometry, Heights, SIDECAR, StackError, lower_name, read_stack};
+use crate::stack::mean_distance_mm;
 use crate::{Stack, TrainingCase};
 
 /// Where the images of a folder to learn from lie, each a stack as [`read_stack`] reads it.
@@ -146,8 +147,6 @@ fn read_outlines(
 
 /// Distances between pixels and between images, mm.
 fn voxel_mm(stack: &Stack) -> [f64; 3] {
-    let slices = stack.slices();
-    let [x, y] = slices[0].image.spacing_mm();
-    let gaps = slices.len().saturating_sub(1).max(1) as f64;
-    [x, y, (slices[slices.len() - 1].z_mm - slices[0].z_mm) / gaps]
+    let [x, y] = stack.slices()[0].image.spacing_mm();
+    [x, y, mean_distance_mm(stack)]
 }

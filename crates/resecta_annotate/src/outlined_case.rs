@@ -1,0 +1,86 @@
+//! The case made of outlines in a stack.
+
+use glam::{DVec2, DVec3};
+use resecta_anatomy::{Case, CaseRuleError, CaseSource, Contour, LUMEN_RADIUS_MM, Landmarks, Slice, Unit, contour};
+
+use crate::stack::note;
+use crate::{Flag, Stack};
+
+/// A hundredth of a millimetre is more than an outline knows.
+const ROUNDING: f64 = 100.0;
+/// Least radius of the lumen about a place that was marked, mm: nearer to the capsule than twice this it is no urethra, which
+/// the rules of cases tell.
+const LEAST_LUMEN_MM: f64 = 0.5;
+/// Corners of that lumen.
+const LUMEN_CORNERS: usize = 36;
+
+/// One outline on its way into a case.
+pub(crate) struct CaseSlice<'a> {
+    /// Height, mm.
+    pub z_mm: f64,
+    /// Corners, mm.
+    pub capsule: &'a [DVec2],
+    /// What is to be noted of it; nothing where somebody drew it.
+    pub rule: Option<String>,
+    /// Where the urethra passes, mm, where that is known.
+    pub urethra: Option<DVec2>,
+}
+
+/// The case of outlines by rising height; what they do not say by the rules of [`Case::complete`].
+pub(crate) fn case_of<'a>(
+    outlines: impl Iterator<Item = CaseSlice<'a>>,
+    stack: &Stack,
+    name: &str,
+    source: CaseSource,
+) -> Result<Case, CaseRuleError> {
+    let mut approximated = stack.notes.clone();
+    let slices = outlines.enumerate().map(|(index, outline)| {
+        approximated.extend(outline.rule.map(|rule| note(format!("slices[{index}].capsule"), rule)));
+        Slice {
+            z: outline.z_mm,
+            capsule: outline.capsule.iter().map(round).collect(),
+            urethra: outline.urethra.map(|place| lumen(outline.capsule, place)),
+            transition_zone: None,
+        }
+    });
+    let slices = slices.collect();
+    Case {
+        name: name.to_owned(),
+        source,
+        unit: Unit::Millimetre,
+        material: "palpation_5hz".into(),
+        landmarks: Landmarks::default(),
+        approximated,
+        slices,
+    }
+    .complete()
+}
+
+/// What is noted of an outline that a search found.
+pub(crate) fn found_rule(image: usize, error_mm: f64, flags: &[Flag]) -> String {
+    let mut rule =
+        format!("found in image {image} by the point distribution model; mean error expected {error_mm:.1} mm");
+    for flag in flags {
+        rule.push_str(&format!("; {flag}"));
+    }
+    rule
+}
+
+/// Of places known to lie in the urethra, that of each height: heights within `near` of a place have it.
+pub(crate) fn urethra_at(places: &[DVec3], z_mm: f64, near_mm: f64) -> Option<DVec2> {
+    let away = |place: &&DVec3| (place.z - z_mm).abs();
+    let nearest = places.iter().min_by(|one, other| away(one).total_cmp(&away(other)))?;
+    (away(&nearest) <= near_mm).then_some(nearest.truncate())
+}
+
+fn lumen(capsule: &[DVec2], centre: DVec2) -> Contour {
+    let radius = (0.5 * contour::clearance(capsule, centre)).clamp(LEAST_LUMEN_MM, LUMEN_RADIUS_MM);
+    let corner =
+        |index: usize| centre + radius * DVec2::from_angle(std::f64::consts::TAU * index as f64 / LUMEN_CORNERS as f64);
+    (0..LUMEN_CORNERS).map(|index| round(&corner(index))).collect()
+}
+
+fn round(place: &DVec2) -> DVec2 {
+    // The sum turns -0 into 0.
+    (*place * ROUNDING).round() / ROUNDING + DVec2::ZERO
+}
