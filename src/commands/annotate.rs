@@ -57,6 +57,9 @@ const COLUMNS: usize = 6;
 
 impl Annotate {
     pub fn run(self) -> Result<(), Failure> {
+        let sheet = self.sheet.unwrap_or_else(|| beside(&self.out));
+        files::check_folder_of(&self.out)?;
+        files::check_folder_of(&sheet)?;
         let model = Model::load(&match self.model {
             Some(file) => file,
             None => assets::find()?.join(assets::PROSTATE_MODEL),
@@ -87,7 +90,6 @@ impl Annotate {
                 images: self.images.clone(),
                 source,
             })?;
-        let sheet = self.sheet.unwrap_or_else(|| beside(&self.out));
         files::write(&sheet, contact_sheet(&stack, &overlays(&stack, &annotation), COLUMNS))?;
         case.save(&self.out)?;
         print_table(&annotation, &case);

@@ -19,6 +19,18 @@ pub fn write(file: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Failure> {
     write_with(file, |temporary| fs::write(temporary, bytes))
 }
 
+/// Makes sure, before long work, that the folder of a file that is to be written is there.
+pub fn check_folder_of(file: &Path) -> Result<(), Failure> {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    match folder.map(fs::metadata) {
+        Some(Err(source)) => Err(Failure::Write {
+            file: file.into(),
+            source,
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// Makes sure that files can be written into `folder`, and makes the folder where only it is missing.
 ///
 /// A missing parent is refused: it is more often a slip than a wish.

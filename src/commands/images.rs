@@ -12,17 +12,17 @@ use super::import::{axes, numbers};
 #[derive(Args)]
 pub struct ImageGeometry {
     /// Distance between pixels in mm, one number or two: right to left, anterior to posterior [default: the file's]
-    #[arg(long, value_parser = spacing, value_name = "MM")]
+    #[arg(long, value_parser = spacing, value_name = "MM", allow_hyphen_values = true)]
     spacing: Option<[f64; 2]>,
     /// Distance between images in mm [default: the file's]
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     distance: Option<f64>,
     /// Which way columns, rows and images run, or a volume's axes: a letter each of R/L, A/P, I/S. NIfTI volumes need it
     /// [default: the sidecar's; LPS for pictures]
     #[arg(long, value_parser = axes)]
     axes: Option<Axes>,
     /// Depth of the image in mm, as the scanner states it; gives the spacing where none is known
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     depth: Option<f64>,
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use resecta::annotate::{Figures, Model, Score, read_training_cases};
 
-use super::{Failure, images::ImageGeometry, run::progress_bar};
+use super::{Failure, files, images::ImageGeometry, run::progress_bar};
 
 /// Learn a model of the prostate from annotated ultrasound, and measure it on each case with a model that did without it
 ///
@@ -33,6 +33,7 @@ pub struct Train {
 
 impl Train {
     pub fn run(self) -> Result<(), Failure> {
+        files::check_folder_of(&self.out)?;
         let cases = read_training_cases(&self.dir, &self.geometry.geometry(), &self.without)?;
         let bar = progress_bar("cases left out", cases.len() as u64);
         let model = Model::train(&cases, &self.attribution, self.seed, |done, _| {

@@ -23,6 +23,8 @@ pub use geometry::{Geometry, Heights, SIDECAR, Window};
 pub use picture::{MAX_COLOURED_PERCENT, MAX_PICTURE_BYTES};
 pub use training::{TrainingFolderError, read_training_cases};
 
+use resecta_anatomy::import::ImportError;
+
 use crate::Stack;
 
 /// Reads a stack of images from a folder of pictures (`.png`, or `.dcm` of one frame each), a NIfTI volume (`.nii`,
@@ -40,6 +42,10 @@ pub fn read_stack(path: &Path, given: &Geometry) -> Result<Stack, StackError> {
         place: path.display().to_string(),
         field,
         message,
+    })?;
+    path.metadata().map_err(|source| ImportError::Read {
+        file: path.into(),
+        source,
     })?;
     let geometry = given.clone().or(Geometry::beside(path)?);
     let name = lower_name(path);
