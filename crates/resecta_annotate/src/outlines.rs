@@ -73,6 +73,7 @@ pub struct Outlines {
     images: Vec<Drawing>,
     done: Vec<Step>,
     undone: Vec<Step>,
+    changes: u64,
 }
 
 /// What is drawn on an image.
@@ -191,6 +192,7 @@ impl Outlines {
     }
 
     fn draw(&mut self, image: usize, drawing: Drawing, joined: bool) {
+        self.changes += 1;
         let before = std::mem::replace(&mut self.images[image], drawing);
         let is_part = joined && self.done.last().is_some_and(|step| step.image == image);
         if !is_part {
@@ -286,6 +288,11 @@ impl Outlines {
         Ok(annotate_slice(stack, image, self.zone(image), start, model, seed)?.into())
     }
 
+    /// How often something changed, by undoing, too: as long as it is the same, everything is.
+    pub fn changes(&self) -> u64 {
+        self.changes
+    }
+
     /// Whether there is a step to undo, and one to do again.
     pub fn steps(&self) -> [bool; 2] {
         [!self.done.is_empty(), !self.undone.is_empty()]
@@ -294,6 +301,7 @@ impl Outlines {
     /// Undoes the last step. The image it was on.
     pub fn undo(&mut self) -> Option<usize> {
         let step = self.done.pop()?;
+        self.changes += 1;
         let after = std::mem::replace(&mut self.images[step.image], step.drawing);
         self.undone.push(Step {
             image: step.image,
@@ -305,6 +313,7 @@ impl Outlines {
     /// Does the step again that was undone last. The image it is on.
     pub fn redo(&mut self) -> Option<usize> {
         let step = self.undone.pop()?;
+        self.changes += 1;
         let before = std::mem::replace(&mut self.images[step.image], step.drawing);
         self.done.push(Step {
             image: step.image,

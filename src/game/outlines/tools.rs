@@ -30,7 +30,7 @@ pub fn show_all(
     told: &mut Option<Told>,
     flow: &mut GameFlow,
 ) -> bool {
-    let before = open.outlines.clone();
+    let before = open.outlines.changes();
     let is_free = work.is_none();
     let mut is_writing = false;
     ui.horizontal_top(|ui| {
@@ -62,7 +62,7 @@ pub fn show_all(
     if !is_writing && is_free {
         keys(ui, open, work);
     }
-    if open.outlines != before {
+    if open.outlines.changes() != before {
         open.is_unsaved = true;
         open.is_leaving = false;
         *told = None;
