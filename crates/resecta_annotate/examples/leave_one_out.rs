@@ -1,12 +1,13 @@
 //! Trains on a folder of annotated volumes and prints how models trained without each case found it.
 //!
-//! `cargo run --release -p resecta_annotate --example leave_one_out -- FOLDER SPACING [MODEL]`: volumes in `FOLDER/images`
-//! and masks of the same names in `FOLDER/labels` (NIfTI, channel 0, axes as DeepReg has them), spacing of the voxels in mm.
+//! `cargo run --release -p resecta_annotate --example leave_one_out -- FOLDER SPACING [MODEL]`, with `FOLDER` and
+//! `SPACING` as `shared` reads them.
+
+mod shared;
 
 use std::path::Path;
 
-use resecta_anatomy::import::{Axes, MaskOptions, nifti_mask};
-use resecta_annotate::{Geometry, Heights, Model, TrainingCase, read_stack};
+use resecta_annotate::Model;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -14,34 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err("expected FOLDER SPACING [MODEL]".into());
     };
     let (folder, spacing) = (Path::new(folder), spacing.parse::<f64>()?);
-    let mut names: Vec<_> = std::fs::read_dir(folder.join("images"))?
-        .map(|entry| entry.map(|entry| entry.file_name()))
-        .collect::<Result<_, _>>()?;
-    names.sort();
-    let mut cases = Vec::new();
-    for name in names {
-        let geometry = Geometry {
-            spacing: Some([spacing; 2]),
-            z: Some(Heights::Even {
-                first: 0.0,
-                distance: spacing,
-            }),
-            axes: Some(Axes::PLS),
-            ..Geometry::default()
-        };
-        let stack = read_stack(&folder.join("images").join(&name), &geometry)?;
-        let mask = MaskOptions {
-            spacing_mm: Some([spacing; 3]),
-            ..MaskOptions::default()
-        };
-        let case = nifti_mask(&folder.join("labels").join(&name), &mask)?;
-        let outlines = case.slices.into_iter().map(|slice| (slice.z, slice.capsule)).collect();
-        cases.push(TrainingCase {
-            name: case.name,
-            stack,
-            outlines,
-        });
-    }
+    let cases = shared::cases(folder, spacing)?;
     let start = std::time::Instant::now();
     let model = Model::train(&cases, "", 1, |_, _| {})?;
     let seconds = start.elapsed().as_secs_f64();

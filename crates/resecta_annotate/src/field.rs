@@ -1,4 +1,4 @@
-//! A stack made ready for measuring: log-compressed grey values, free of the scanner's gain, at any place.
+//! A stack made ready for measuring: log-compressed grey values, free of the scanner's gain and dynamic range, at any place.
 
 use glam::{DVec2, DVec3};
 
@@ -13,7 +13,8 @@ const PLANE_MM: f64 = 0.8;
 /// Grey from which a pixel counts for the mean.
 const LIT: f32 = 0.01;
 
-/// Log-compressed grey values of a stack. A change of gain adds the same everywhere, and the mean is about 0.
+/// Log-compressed grey values of a stack, of mean 0 and standard deviation 1 where it is lit: what a scanner's gain adds
+/// everywhere and what its dynamic range multiplies is gone.
 #[derive(Debug, Clone)]
 pub(crate) struct Field {
     pub slices: Vec<FieldSlice>,
@@ -44,16 +45,29 @@ impl Field {
             }
         }
         let mean = if count > 0 { (sum / count as f64) as f32 } else { 1.0 };
-        let slices = coarse.into_iter().map(|(z, coarse)| FieldSlice {
-            z,
-            width: coarse.size[0],
-            height: coarse.size[1],
-            spacing: coarse.spacing,
-            origin: coarse.origin,
-            log: coarse.grey.iter().map(|grey| (grey / mean + DARK).ln()).collect(),
-        });
+        let mut slices: Vec<FieldSlice> = Vec::with_capacity(coarse.len());
+        let mut lit = Vec::new();
+        for (z, coarse) in coarse {
+            let log: Vec<f32> = coarse.grey.iter().map(|grey| (grey / mean + DARK).ln()).collect();
+            let both = log.iter().zip(&coarse.grey);
+            lit.extend(both.filter(|(_, grey)| **grey > LIT).map(|(log, _)| f64::from(*log)));
+            slices.push(FieldSlice {
+                z,
+                width: coarse.size[0],
+                height: coarse.size[1],
+                spacing: coarse.spacing,
+                origin: coarse.origin,
+                log,
+            });
+        }
+        let level = lit.iter().sum::<f64>() / lit.len().max(1) as f64;
+        let variance = lit.iter().map(|log| (log - level).powi(2)).sum::<f64>() / lit.len().max(1) as f64;
+        let (level, deviation) = (level as f32, variance.sqrt().max(1e-3) as f32);
+        for log in slices.iter_mut().flat_map(|slice| &mut slice.log) {
+            *log = (*log - level) / deviation;
+        }
         Field {
-            slices: planes(&slices.collect::<Vec<_>>()),
+            slices: planes(&slices),
         }
     }
 
