@@ -1,9 +1,11 @@
 //! Prints what limits how well a gland is found: voxels, the shape model, the grey values, or the search.
 //!
-//! `cargo run --release -p resecta_annotate --example limits -- FOLDER SPACING`, with `FOLDER` and `SPACING` as `shared` reads
+//! `cargo run --release -p resecta_annotate --example limits -- FOLDER SPACING`, with `FOLDER` and `SPACING` as `shared/volumes.rs` reads
 //! them. Each case is looked at with a model that learned from the others. Rows are medians over the cases.
 
-mod shared;
+mod shared {
+    pub mod volumes;
+}
 
 use std::path::Path;
 
@@ -31,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err("expected FOLDER SPACING".into());
     };
     let spacing = spacing.parse::<f64>()?;
-    let cases = shared::cases(Path::new(folder), spacing)?;
+    let cases = shared::volumes::cases(Path::new(folder), spacing)?;
     let looked = (0..cases.len())
         .into_par_iter()
         .map(|left_out| look(&cases, left_out, spacing).map_err(|problem| problem.to_string()))

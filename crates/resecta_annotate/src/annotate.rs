@@ -15,7 +15,7 @@ use crate::field::{Field, FieldSlice};
 use crate::gland::{Gland, POSE};
 use crate::gland_search::{GlandSearch, REFINEMENT};
 use crate::principal::WEIGHT_LIMIT;
-use crate::search::{Found, GeneticOptions, genetic, local};
+use crate::search::{Found, GeneticOptions, genetic_then_local};
 use crate::section::SECTION_POSE;
 use crate::{Image, Model, Stack};
 
@@ -297,9 +297,8 @@ impl SliceSearch<'_> {
             patience: 12,
             ..GeneticOptions::default()
         };
-        let found = genetic(&starts, &options, seed, error);
-        let refined = local(&found.weights, REFINEMENT, error);
-        let mut offsets = refined.weights;
+        let found = genetic_then_local(&starts, &options, REFINEMENT, seed, error);
+        let mut offsets = found.weights;
         for _ in 0..20 {
             if contour::self_crossing(&outline_at(&offsets)).is_none() {
                 break;
@@ -309,7 +308,7 @@ impl SliceSearch<'_> {
         (
             weights_at(&offsets),
             outline_at(&offsets),
-            found.evaluations + refined.evaluations,
+            found.evaluations,
         )
     }
 

@@ -26,6 +26,8 @@ pub(crate) struct FieldSlice {
     width: usize,
     height: usize,
     spacing: DVec2,
+    /// Pixels a millimetre.
+    per_mm: DVec2,
     origin: DVec2,
     log: Vec<f32>,
 }
@@ -56,6 +58,7 @@ impl Field {
                 width: coarse.size[0],
                 height: coarse.size[1],
                 spacing: coarse.spacing,
+                per_mm: coarse.spacing.recip(),
                 origin: coarse.origin,
                 log,
             });
@@ -93,7 +96,8 @@ impl Field {
     /// The image at a height: the plane nearest to it; the first and last hold beyond the ends.
     #[inline]
     pub fn plane(&self, z: f64) -> &FieldSlice {
-        let plane = ((z - self.slices[0].z) / PLANE_MM).round().max(0.0) as usize;
+        // Faster than to round, which is a call: what is below 0 becomes 0 as an index.
+        let plane = ((z - self.slices[0].z) * (1.0 / PLANE_MM) + 0.5) as usize;
         &self.slices[plane.min(self.slices.len() - 1)]
     }
 
@@ -183,8 +187,8 @@ impl FieldSlice {
     /// Between pixels, linearly; the nearest pixel holds beyond the edge.
     #[inline]
     pub fn at(&self, place: DVec2) -> f32 {
-        let x = (((place.x - self.origin.x) / self.spacing.x) as f32).clamp(0.0, (self.width - 1) as f32);
-        let y = (((place.y - self.origin.y) / self.spacing.y) as f32).clamp(0.0, (self.height - 1) as f32);
+        let x = (((place.x - self.origin.x) * self.per_mm.x) as f32).clamp(0.0, (self.width - 1) as f32);
+        let y = (((place.y - self.origin.y) * self.per_mm.y) as f32).clamp(0.0, (self.height - 1) as f32);
         let (column, row) = (x as usize, y as usize);
         let (u, v) = (x - column as f32, y - row as f32);
         let right = usize::from(column + 1 < self.width);

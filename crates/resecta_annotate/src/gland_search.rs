@@ -4,7 +4,7 @@ use resecta_anatomy::contour;
 
 use crate::field::Field;
 use crate::gland::{Gland, POSE};
-use crate::search::{Found, GeneticOptions, genetic, local};
+use crate::search::{Found, GeneticOptions, genetic_then_local};
 use crate::{Model, Stack};
 
 /// Evaluations of the compass search after each genetic one.
@@ -47,12 +47,10 @@ impl<'a> GlandSearch<'a> {
 
     /// The gland of least error: the genetic algorithm, then a compass search from what it found.
     pub fn run(&self, seed: u64) -> Found {
-        let error = |weights: &[f64]| self.error(weights);
         let start = vec![0.0; self.dimensions()];
-        let mut found = genetic(&[start], &GeneticOptions::default(), seed, error);
-        let refined = local(&found.weights, REFINEMENT, error);
-        found.evaluations += refined.evaluations;
-        (found.weights, found.error) = (refined.weights, refined.error);
+        let mut found = genetic_then_local(&[start], &GeneticOptions::default(), REFINEMENT, seed, |weights| {
+            self.error(weights)
+        });
         // A shape far from the mean may cross itself, small as its probability is: it is drawn back until it does not.
         for _ in 0..20 {
             let gland = self.gland(&found.weights);

@@ -54,7 +54,7 @@ pub use read::{
     Geometry, Heights, MAX_COLOURED_PERCENT, MAX_DICOM_BYTES, MAX_PICTURE_BYTES, SIDECAR, StackError, Window,
     read_stack,
 };
-pub use score::{Figures, Score, overlap_of_parts};
+pub use score::{Figures, Score, SliceScore, overlap_of_parts};
 pub use section::SectionModel;
 pub use sheet::{Colour, Overlay, contact_sheet};
 pub use stack::{ImageSlice, MAX_IMAGES, MAX_STACK_PIXELS, Stack};

@@ -30,8 +30,24 @@ pub struct Score {
     pub flagged: f64,
     /// Correlation over the slices of the error expected and the true one, by ranks.
     pub confidence: f64,
-    /// Dice's coefficient of each slice of the gland, with the height in shares of the whole.
-    pub slices: Vec<(f64, f64)>,
+    /// The slices of the gland drawn, by rising height.
+    pub slices: Vec<SliceScore>,
+}
+
+/// How well a slice of the gland drawn was found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SliceScore {
+    /// Height in the drawn gland, whose ends lie half a slice beyond its first and last outline: 0 at the apex to 1 at the base.
+    pub share: f64,
+    /// Dice's coefficient; 0 where nothing was found.
+    pub dice: f64,
+    /// Mean distance between what was drawn and what was found, mm; none where nothing was.
+    pub distance_mm: Option<f64>,
+    /// The mean distance that was expected, mm.
+    pub expected_mm: Option<f64>,
+    /// Whether what was found was flagged.
+    pub flagged: bool,
 }
 
 /// Scores of models trained without the case.
@@ -132,15 +148,22 @@ pub(crate) fn score(case: &str, heights: &[f64], truth: &[(f64, Vec<DVec2>)], fo
         if pair.drawn.is_empty() {
             continue;
         }
-        slices.push((pair.share, overlap.dice()));
-        if let Some(index) = pair.index {
-            let distance = mean_distance_mm(pair.drawn, pair.found);
+        let slice = pair.index.map(|index| &found.slices[index]);
+        let distance_mm = slice.map(|_| mean_distance_mm(pair.drawn, pair.found));
+        if let (Some(slice), Some(distance)) = (slice, distance_mm) {
             if part == MIDDLE {
                 distances.push(distance);
             }
-            expected.push(found.slices[index].error_mm);
+            expected.push(slice.error_mm);
             true_mm.push(distance);
         }
+        slices.push(SliceScore {
+            share: pair.share,
+            dice: overlap.dice(),
+            distance_mm,
+            expected_mm: slice.map(|slice| slice.error_mm),
+            flagged: slice.is_some_and(|slice| !slice.flags.is_empty()),
+        });
     }
     let mut whole = Overlap::default();
     parts.iter().for_each(|part| whole += *part);
