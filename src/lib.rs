@@ -5,6 +5,7 @@
 //! | crate | what it owns |
 //! |---|---|
 //! | [`anatomy`] | cases, contours, the lattice, import and export |
+//! | [`annotate`] | ultrasound images to contours: a model that is trained, a genetic search |
 //! | [`solver`] | motion and resection on dense arrays, without Bevy |
 //! | [`tissue`] | tissue as entities: nodes, springs, pentahedra, collision, visible mesh |
 //! | [`chips`] | what strokes cut free, floating in the irrigant |
@@ -42,6 +43,7 @@ pub mod spring_scene;
 pub mod view;
 
 pub use resecta_anatomy as anatomy;
+pub use resecta_annotate as annotate;
 pub use resecta_chips as chips;
 pub use resecta_fluid as fluid;
 pub use resecta_instrument as instrument;

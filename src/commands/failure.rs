@@ -3,7 +3,8 @@
 use std::{io, path::PathBuf};
 
 use resecta::{
-    anatomy::{CaseError, LatticeError, generate::GenerateError, import::ImportError},
+    anatomy::{CaseError, CaseRuleError, LatticeError, generate::GenerateError, import::ImportError},
+    annotate::{AnnotateError, ModelError, StackError, TrainError, TrainingFolderError},
     assets::AssetsMissing,
     game::GameError,
     instrument::{RecordingError, ScriptError},
@@ -24,6 +25,18 @@ pub enum Failure {
     Case(#[from] CaseError),
     #[error(transparent)]
     Import(#[from] ImportError),
+    #[error(transparent)]
+    Stack(#[from] StackError),
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    #[error("{}: {source}", images.display())]
+    Annotate { images: PathBuf, source: AnnotateError },
+    #[error("{}: the outlines found make no case: {source}", images.display())]
+    AnnotatedCase { images: PathBuf, source: CaseRuleError },
+    #[error(transparent)]
+    TrainingFolder(#[from] TrainingFolderError),
+    #[error("{}: {source}", folder.display())]
+    Train { folder: PathBuf, source: TrainError },
     #[error(transparent)]
     Generate(#[from] GenerateError),
     #[error(transparent)]

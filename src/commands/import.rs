@@ -84,7 +84,7 @@ fn channels(text: &str) -> Result<[usize; 2], String> {
     <[usize; 2]>::try_from(numbers(text)?).map_err(|_| "expected two numbers".into())
 }
 
-fn numbers<T: std::str::FromStr<Err: std::fmt::Display>>(text: &str) -> Result<Vec<T>, String> {
+pub(super) fn numbers<T: std::str::FromStr<Err: std::fmt::Display>>(text: &str) -> Result<Vec<T>, String> {
     text.split(',')
         .map(|number| {
             number
@@ -95,7 +95,7 @@ fn numbers<T: std::str::FromStr<Err: std::fmt::Display>>(text: &str) -> Result<V
         .collect()
 }
 
-fn axes(text: &str) -> Result<Axes, String> {
+pub(super) fn axes(text: &str) -> Result<Axes, String> {
     text.parse()
         .map_err(|error: resecta::anatomy::import::AxesError| error.to_string())
 }

@@ -1,10 +1,13 @@
 //! The command line: what may be typed, and what each command does.
 
 mod accuracy;
+mod annotate;
+mod edit;
 mod failure;
 mod files;
 mod gallery;
 mod generate;
+mod images;
 mod import;
 mod mesh;
 mod new;
@@ -16,6 +19,7 @@ mod run;
 mod score;
 mod solve;
 mod timing;
+mod train;
 mod validate;
 
 use std::path::{Path, PathBuf};
@@ -49,11 +53,17 @@ struct Game {
     /// Exercise whose briefing to open: a shipped one, MOD/EXERCISE or the path of a *.exercise.ron file [default: the title]
     #[arg(long)]
     exercise: Option<String>,
+    /// Case file to play that exercise on, in place of its own
+    #[arg(long, requires = "exercise", value_name = "FILE")]
+    case: Option<PathBuf>,
 }
 
 #[derive(Subcommand)]
 enum Command {
     Import(import::Import),
+    Annotate(annotate::Annotate),
+    Edit(edit::Edit),
+    Train(train::Train),
     Generate(generate::Generate),
     Mesh(mesh::Mesh),
     New(new::New),
@@ -74,6 +84,9 @@ impl Cli {
     pub fn run(self) -> Result<(), Failure> {
         match self.command {
             Some(Command::Import(import)) => import.run(),
+            Some(Command::Annotate(annotate)) => annotate.run(),
+            Some(Command::Edit(edit)) => edit.run(),
+            Some(Command::Train(train)) => train.run(),
             Some(Command::Generate(generate)) => generate.run(),
             Some(Command::Mesh(mesh)) => mesh.run(),
             Some(Command::New(new)) => new.run(),
@@ -96,6 +109,8 @@ impl Game {
     fn run(self) -> Result<(), Failure> {
         Ok(game::run(GameOptions {
             exercise: self.exercise,
+            case: self.case,
+            images: None,
         })?)
     }
 }

@@ -66,6 +66,8 @@ pub enum Phase {
     Choosing,
     /// Looking at who plays and how they came along.
     Progress,
+    /// Outlining a gland in ultrasound images.
+    Outlines,
     /// Waiting for the gland to be built.
     Preparing,
     /// Reading what is to be done.
@@ -94,6 +96,8 @@ pub enum Wish {
     Choose,
     /// To the trainees and their progress.
     Progress,
+    /// To the outlines on ultrasound images.
+    Outlines,
     /// The briefing of the exercise that is looked at in the catalogue.
     Open,
     /// Begin, or go on.
@@ -171,6 +175,12 @@ impl GameFlow {
         if self.phase == Phase::Briefing {
             self.wish(Wish::Restart);
         }
+    }
+
+    /// Opens the briefing of an exercise, wherever it comes from.
+    pub fn open(&mut self, loaded: LoadedExercise) {
+        self.loaded = Some(loaded);
+        self.wish(Wish::Restart);
     }
 
     /// Whether the player's hands are on the instrument.
@@ -251,7 +261,7 @@ fn read_keys(keys: Res<ButtonInput<KeyCode>>, mut flow: ResMut<GameFlow>) {
     if any(&[KeyCode::Escape]) {
         match phase {
             Phase::Title | Phase::Preparing => {}
-            Phase::Choosing => flow.wish(Wish::Title),
+            Phase::Choosing | Phase::Outlines => flow.wish(Wish::Title),
             Phase::Progress | Phase::Briefing | Phase::Result => flow.wish(Wish::Choose),
             Phase::Playing => flow.wish(Wish::Pause),
             Phase::Paused => flow.wish(Wish::Play),
@@ -269,7 +279,8 @@ fn read_keys(keys: Res<ButtonInput<KeyCode>>, mut flow: ResMut<GameFlow>) {
             // Beside the keys of the instrument: one slip must not cost the run.
             Phase::Playing => flow.wish(Wish::Pause),
             Phase::Paused | Phase::Result => flow.wish(Wish::Restart),
-            Phase::Title | Phase::Choosing | Phase::Progress | Phase::Preparing | Phase::Briefing => {}
+            Phase::Title | Phase::Choosing | Phase::Progress | Phase::Outlines | Phase::Preparing | Phase::Briefing => {
+            }
         }
     }
     if any(&[KeyCode::Tab]) && phase == Phase::Playing {
@@ -345,6 +356,7 @@ fn carry_out(
         match wish {
             Wish::Title => flow.phase = Phase::Title,
             Wish::Progress => flow.phase = Phase::Progress,
+            Wish::Outlines => flow.phase = Phase::Outlines,
             Wish::Choose => {
                 if let Some(active) = &active {
                     catalogue.select(&active.name);

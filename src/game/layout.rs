@@ -149,7 +149,7 @@ fn arrange(
             [None, Some(URect::from_corners(UVec2::new(left, 0), area))]
         }
         // Screens of their own, that cover all.
-        Phase::Choosing | Phase::Progress | Phase::Preparing | Phase::Result => [None, None],
+        Phase::Choosing | Phase::Progress | Phase::Outlines | Phase::Preparing | Phase::Result => [None, None],
         Phase::Briefing | Phase::Playing | Phase::Paused => layout.places(area),
     };
     for mut camera in &mut endoscopes {

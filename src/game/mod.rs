@@ -13,6 +13,7 @@
 //! | what lies over the views: briefing, pause, help, warnings | `overlay.rs` |
 //! | the present step of a tutorial | `tutorial.rs` |
 //! | landmarks, distances, slices and map over the views | `guidance/` |
+//! | outlines on ultrasound images, mended by hand | `outlines/` |
 //! | what a run came to: score, plots, map, advice | `debrief/` |
 //! | colours | `palette.rs` |
 //! | sizes, buttons, the keyboard's focus | `menu.rs` |
@@ -37,6 +38,7 @@ mod history;
 mod layout;
 mod menu;
 mod moments;
+mod outlines;
 mod overlay;
 mod pace;
 mod palette;
@@ -77,15 +79,20 @@ pub use display::NoDisplay;
 pub use flow::{GameFlow, Phase};
 pub use gallery::GalleryError;
 pub use layout::ViewLayout;
+pub use outlines::{ImageFiles, Images};
 pub use replay::{ReplayOptions, replay};
 pub use settings::{KeptSettings, Settings, SettingsError, SettingsFile, SettingsPage, SettingsPlugin, SoundSettings};
 pub use sound::{SoundDevice, SoundOutput};
 
 /// What to play.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct GameOptions {
     /// Name of a shipped exercise, `mod/exercise` or the path of an exercise file, to open its briefing; none to open the title.
     pub exercise: Option<String>,
+    /// A case file to play that exercise on, in place of its own.
+    pub case: Option<PathBuf>,
+    /// Images to outline, to open these; not together with an exercise.
+    pub images: Option<Images>,
 }
 
 /// Why the game did not open.
@@ -201,7 +208,10 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
         own: options.exercise.clone(),
     };
     let chosen = options.exercise.map(|name| sources.library().load(&name));
-    let chosen = chosen.transpose()?;
+    let chosen = match (chosen.transpose()?, options.case) {
+        (Some(loaded), Some(case)) => Some(loaded.on_case(&case)?),
+        (chosen, _) => chosen,
+    };
     let prepared = chosen.clone().map(|loaded| loaded.prepare()).transpose()?;
     let mut catalogue = sources.read();
     let title = match &chosen {
@@ -223,7 +233,7 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
             panel::plugin,
             overlay::plugin,
             title::plugin,
-            (choose::plugin, progress::plugin, RecorderPlugin),
+            (choose::plugin, progress::plugin, outlines::plugin, RecorderPlugin),
             tutorial::plugin,
             moments::plugin,
             debrief::plugin,
@@ -260,6 +270,10 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
                 app.insert_resource(flow::Preparing::begin(entry.loaded.clone()));
             }
         }
+    }
+    if let Some(images) = options.images {
+        app.world_mut().resource_mut::<GameFlow>().phase = Phase::Outlines;
+        app.world_mut().resource_mut::<outlines::Editor>().begin(images);
     }
     if let Player::Nobody = player {
         // Pictures are of everything, and nobody earned it.

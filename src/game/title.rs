@@ -60,6 +60,9 @@ fn show(
         if menu::sized_button(ui, who, BUTTON, false).clicked() {
             flow.wish(Wish::Progress);
         }
+        if menu::sized_button(ui, "Outlines from ultrasound", BUTTON, false).clicked() {
+            flow.wish(Wish::Outlines);
+        }
         if menu::sized_button(ui, "Keys and how to cut", BUTTON, false).clicked() {
             flow.wish(Wish::Help);
         }

@@ -4,8 +4,10 @@
 //! with the rest and clear slices help unclear ones. Then, where training showed that it pays, each slice may move a little
 //! from there, from the middle outwards, beginning with what its neighbour found.
 
+use std::fmt;
+
 use glam::DVec2;
-use resecta_anatomy::{Approximation, Case, CaseRuleError, CaseSource, Landmarks, MIN_SLICES, Slice, Unit, contour};
+use resecta_anatomy::{Case, CaseRuleError, CaseSource, Landmarks, MIN_SLICES, Slice, Unit, contour};
 use serde::{Deserialize, Serialize};
 
 use crate::appearance::{Zone, rms_mm};
@@ -14,9 +16,11 @@ use crate::discriminant::Verdict;
 use crate::field::{Field, FieldSlice};
 use crate::gland::{Gland, POSE};
 use crate::gland_search::{GlandSearch, REFINEMENT};
+use crate::outlines::found_rule;
 use crate::principal::WEIGHT_LIMIT;
 use crate::search::{Found, GeneticOptions, genetic_then_local};
 use crate::section::SECTION_POSE;
+use crate::stack::note;
 use crate::{Image, Model, Stack};
 
 /// How far a slice may move from what the whole gland says, as standard deviations: mm, rad, logarithm of the size.
@@ -71,6 +75,16 @@ pub enum Flag {
     PoorFit,
     /// The gland's size, place or shape is as unusual as the model allows: a wrong spacing does that.
     Unusual,
+}
+
+impl fmt::Display for Flag {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Flag::LeavesImage { share } => write!(f, "{:.0} % of it lie beyond the image", 100.0 * share),
+            Flag::PoorFit => f.write_str("a poor fit"),
+            Flag::Unusual => f.write_str("of unusual size, place or shape"),
+        }
+    }
 }
 
 /// The outline found in one image.
@@ -371,36 +385,17 @@ impl Annotation {
     }
 
     /// The case: capsules as found, everything else by the rules of [`Case::complete`]. Each slice's expected error and
-    /// flags are noted in [`Case::approximated`].
+    /// flags are noted in [`Case::approximated`], and what was not taken from the image files as it stood.
     ///
     /// # Errors
     ///
     /// The rule that the outlines break.
-    pub fn to_case(&self, name: &str, source: CaseSource) -> Result<Case, CaseRuleError> {
-        let round = |place: &DVec2| (*place * ROUNDING).round() / ROUNDING + DVec2::ZERO;
-        let approximated = self.slices.iter().enumerate().map(|(index, slice)| Approximation {
-            what: format!("slices[{index}].capsule"),
-            rule: slice.rule(),
+    pub fn to_case(&self, stack: &Stack, name: &str, source: CaseSource) -> Result<Case, CaseRuleError> {
+        let slices = self.slices.iter().map(|slice| {
+            let rule = found_rule(slice.image, slice.error_mm, &slice.flags);
+            (slice.z_mm, slice.capsule.as_slice(), Some(rule))
         });
-        Case {
-            name: name.to_owned(),
-            source,
-            unit: Unit::Millimetre,
-            material: "palpation_5hz".into(),
-            landmarks: Landmarks::default(),
-            approximated: approximated.collect(),
-            slices: self
-                .slices
-                .iter()
-                .map(|slice| Slice {
-                    z: slice.z_mm,
-                    capsule: slice.capsule.iter().map(round).collect(),
-                    urethra: None,
-                    transition_zone: None,
-                })
-                .collect(),
-        }
-        .complete()
+        case_of(slices, stack, name, source)
     }
 
     /// Volume of the gland, ml: the slices' areas, each as thick as the space between them.
@@ -413,21 +408,35 @@ impl Annotation {
     }
 }
 
-impl AnnotatedSlice {
-    fn rule(&self) -> String {
-        let mut rule = format!(
-            "found in image {} by the point distribution model; mean error expected {:.1} mm",
-            self.image, self.error_mm
-        );
-        for flag in &self.flags {
-            rule.push_str(&match flag {
-                Flag::LeavesImage { share } => format!("; {:.0} % of it lie beyond the image", 100.0 * share),
-                Flag::PoorFit => "; a poor fit, to be looked at".to_owned(),
-                Flag::Unusual => "; of unusual size, place or shape".to_owned(),
-            });
+/// The case of outlines in a stack: heights in mm, corners in mm, and what is to be noted of each.
+pub(crate) fn case_of<'a>(
+    outlines: impl Iterator<Item = (f64, &'a [DVec2], Option<String>)>,
+    stack: &Stack,
+    name: &str,
+    source: CaseSource,
+) -> Result<Case, CaseRuleError> {
+    let round = |place: &DVec2| (*place * ROUNDING).round() / ROUNDING + DVec2::ZERO;
+    let mut approximated = stack.notes.clone();
+    let slices = outlines.enumerate().map(|(index, (z, capsule, rule))| {
+        approximated.extend(rule.map(|rule| note(format!("slices[{index}].capsule"), rule)));
+        Slice {
+            z,
+            capsule: capsule.iter().map(round).collect(),
+            urethra: None,
+            transition_zone: None,
         }
-        rule
+    });
+    let slices = slices.collect();
+    Case {
+        name: name.to_owned(),
+        source,
+        unit: Unit::Millimetre,
+        material: "palpation_5hz".into(),
+        landmarks: Landmarks::default(),
+        approximated,
+        slices,
     }
+    .complete()
 }
 
 /// Volume of a stack of areas (height in mm, area in mm²) by rising height, ml: each as thick as the space to its neighbours.

@@ -16,6 +16,7 @@
 //! | the search for the whole gland | `gland_search.rs` |
 //! | training, and the file of a trained model | `model.rs`, `train.rs`, `model_file.rs` |
 //! | annotating a stack or a slice, confidence, the case made of it | `annotate.rs`, `confidence.rs` |
+//! | mending outlines by hand, with undo | `outlines.rs` |
 //! | how well outlines agree | `compare.rs`, `score.rs` |
 
 mod annotate;
@@ -31,6 +32,7 @@ mod image;
 pub mod landmarks;
 mod model;
 mod model_file;
+mod outlines;
 pub mod principal;
 mod read;
 mod score;
@@ -50,9 +52,10 @@ pub use gland_search::GlandSearch;
 pub use image::{Image, MAX_PIXELS_PER_AXIS, PIXEL_SPACING_MM};
 pub use model::Model;
 pub use model_file::{MODEL_FORMAT, MODEL_VERSION, ModelError};
+pub use outlines::{Origin, Outline, Outlines};
 pub use read::{
-    Geometry, Heights, MAX_COLOURED_PERCENT, MAX_DICOM_BYTES, MAX_PICTURE_BYTES, SIDECAR, StackError, Window,
-    read_stack,
+    Geometry, Heights, MAX_COLOURED_PERCENT, MAX_DICOM_BYTES, MAX_PICTURE_BYTES, SIDECAR, StackError,
+    TrainingFolderError, Window, read_stack, read_training_cases,
 };
 pub use score::{Figures, Score, SliceScore, overlap_of_parts};
 pub use section::SectionModel;

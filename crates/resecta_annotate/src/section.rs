@@ -130,6 +130,11 @@ impl SectionModel {
         weights.extend(self.shape.weights_of(&pose.undo(section)));
         weights
     }
+
+    /// The weights of the modes alone, wherever the section lies.
+    pub fn mode_weights(&self, section: &[DVec2]) -> Vec<f64> {
+        self.weights_of(section, DVec2::ZERO).split_off(SECTION_POSE)
+    }
 }
 
 /// Means and standard deviations of parameters, the latter never nothing.

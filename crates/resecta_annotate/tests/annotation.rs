@@ -78,7 +78,7 @@ fn an_unseen_gland_is_found_and_becomes_a_case() {
         description: "synthetic".into(),
         licence: "MIT".into(),
     };
-    let case = found.to_case("found", source).expect("a case");
+    let case = found.to_case(&stack(&truth, 9), "found", source).expect("a case");
     assert!(case.slices.iter().all(|slice| slice.urethra.is_some()));
     assert!(case.approximated.iter().any(|note| note.what == "slices[0].capsule"));
 }

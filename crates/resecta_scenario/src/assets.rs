@@ -7,6 +7,9 @@ use thiserror::Error;
 /// Folders that tell a folder of our assets from any other of that name.
 const PARTS: [&str; 2] = ["cases", "exercises"];
 
+/// Place of the shipped model of the prostate in ultrasound within the folder of assets.
+pub const PROSTATE_MODEL: &str = "models/prostate.pdm";
+
 /// Names a folder of mods in place of the player's own.
 pub const MODS_VARIABLE: &str = "RESECTA_MODS_DIR";
 

@@ -44,6 +44,25 @@ pub struct LoadedExercise {
     pub case: Arc<Case>,
 }
 
+impl LoadedExercise {
+    /// The same exercise on another gland, by the path of its case file. It is an exercise of its own, `exercise_on_case`: runs on one
+    /// gland say little of runs on another.
+    ///
+    /// # Errors
+    /// [`ExerciseError::Case`] if the case has a fault.
+    pub fn on_case(mut self, case: &Path) -> Result<Self, ExerciseError> {
+        let loaded = Case::load(case).map_err(|source| ExerciseError::Case {
+            file: self.file.clone(),
+            source: source.into(),
+        })?;
+        self.name = format!("{}_on_{}", self.name, stem(case, CASE_SUFFIX));
+        self.exercise.title = format!("{}: {}", self.exercise.title, loaded.name);
+        self.exercise.case = case.display().to_string();
+        self.case = Arc::new(loaded);
+        Ok(self)
+    }
+}
+
 impl Library {
     /// The library in this folder.
     pub fn new(assets: impl Into<PathBuf>) -> Self {

@@ -33,6 +33,7 @@ use super::{
     flow::{GameFlow, Phase, Wish},
     guidance::Guidance,
     layout::ViewLayout,
+    outlines::{Editor, Images},
 };
 use crate::view::{ViewSystems, save_picture};
 
@@ -218,6 +219,13 @@ fn do_or_wait(world: &mut World, gallery: &mut Gallery, deed: Deed) -> bool {
         Deed::Views(layout) => *world.resource_mut::<ViewLayout>() = layout,
         Deed::Guide(guidance) => *world.resource_mut::<Guidance>() = guidance,
         Deed::Settings(open) => world.resource_mut::<super::SettingsPage>().open = open,
+        Deed::Outline => {
+            let mut editor = world.resource_mut::<Editor>();
+            if !editor.has_begun() {
+                editor.begin(Images::Example);
+            }
+            return editor.is_ready();
+        }
         Deed::Debrief(page) => world.resource_mut::<Debriefing>().page = page,
         Deed::Watch(is_watched) => gallery.is_watched = is_watched,
         Deed::Picture(name) => return gallery.portray(world, name),

@@ -33,6 +33,8 @@ pub enum Deed {
     Guide(Guidance),
     /// Opens or closes the settings.
     Settings(bool),
+    /// Opens the synthetic images, and waits until their gland is found.
+    Outline,
     /// Turns to a page of the debriefing.
     Debrief(Page),
     /// Draws the views between pictures, too: the debriefing shows some of what was seen.
@@ -110,6 +112,8 @@ pub fn deeds() -> VecDeque<Deed> {
     }
     deeds.extend([Deed::Wish(Wish::Choose), Deed::Picture("choose")]);
     deeds.extend([Deed::Wish(Wish::Progress), Deed::Picture("progress")]);
+    deeds.extend([Deed::Wish(Wish::Outlines), Deed::Picture("outlines_door")]);
+    deeds.extend([Deed::Outline, Deed::Picture("outlines")]);
     deeds
 }
 

@@ -189,7 +189,7 @@ pub(super) fn keys(
                     flow.wish(debrief::after(reason));
                 }
             }
-            Phase::Title | Phase::Choosing | Phase::Progress | Phase::Preparing => {}
+            Phase::Title | Phase::Choosing | Phase::Progress | Phase::Outlines | Phase::Preparing => {}
         }
     }
     if pad(GamepadButton::Select) {

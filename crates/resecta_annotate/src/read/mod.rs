@@ -13,6 +13,7 @@ mod nifti;
 mod picture;
 mod pictures;
 mod structure;
+mod training;
 
 use std::path::{Path, PathBuf};
 
@@ -20,6 +21,7 @@ pub use dicom::MAX_DICOM_BYTES;
 pub use error::StackError;
 pub use geometry::{Geometry, Heights, SIDECAR, Window};
 pub use picture::{MAX_COLOURED_PERCENT, MAX_PICTURE_BYTES};
+pub use training::{TrainingFolderError, read_training_cases};
 
 use crate::Stack;
 

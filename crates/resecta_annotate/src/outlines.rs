@@ -1,0 +1,467 @@
+//! Outlines in somebody's hands: what was found in a stack, mended slice by slice, with every step to be undone.
+
+use glam::DVec2;
+use resecta_anatomy::{Case, CaseRuleError, CaseSource, contour};
+
+use crate::annotate::{case_of, volume_ml};
+use crate::landmarks::{LANDMARKS, landmarks};
+use crate::{AnnotateError, AnnotatedSlice, Annotation, Flag, Model, Stack, Zone, annotate_slice};
+
+/// Landmarks to either side that follow one that is dragged, less and less.
+const FOLLOWING: usize = 4;
+/// Most steps that can be undone.
+const MAX_STEPS: usize = 500;
+/// Outlines and images at heights this near to each other belong together, as a share of the images' mean distance.
+const SAME_HEIGHT: f64 = 0.5;
+
+/// Where an outline comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Origin {
+    /// A search found it and nobody changed it.
+    Found {
+        /// Mean distance to the true outline that is expected, mm.
+        error_mm: f64,
+    },
+    /// The copy of another image's, changed by nobody.
+    Copied {
+        /// Index of that image.
+        from: usize,
+    },
+    /// Somebody drew or mended it, or it came with a case.
+    Drawn,
+}
+
+/// The gland's outline in one image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outline {
+    /// Landmarks of the capsule, mm.
+    pub capsule: Vec<DVec2>,
+    /// Who made it.
+    pub origin: Origin,
+    /// Why it needs looking at; empty once somebody did.
+    pub flags: Vec<Flag>,
+}
+
+impl From<AnnotatedSlice> for Outline {
+    fn from(slice: AnnotatedSlice) -> Outline {
+        Outline {
+            capsule: slice.capsule,
+            origin: Origin::Found {
+                error_mm: slice.error_mm,
+            },
+            flags: slice.flags,
+        }
+    }
+}
+
+impl Outline {
+    /// What is noted of it in a case; nothing where somebody drew it.
+    fn rule(&self, image: usize) -> Option<String> {
+        match self.origin {
+            Origin::Found { error_mm } => Some(found_rule(image, error_mm, &self.flags)),
+            Origin::Copied { from } => Some(format!("copied from that of image {from}")),
+            Origin::Drawn => None,
+        }
+    }
+}
+
+/// What is noted of an outline that a search found.
+pub(crate) fn found_rule(image: usize, error_mm: f64, flags: &[Flag]) -> String {
+    let mut rule =
+        format!("found in image {image} by the point distribution model; mean error expected {error_mm:.1} mm");
+    for flag in flags {
+        rule.push_str(&format!("; {flag}"));
+    }
+    rule
+}
+
+/// The outlines of a stack, one or none an image, and the way back.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Outlines {
+    images: Vec<Option<Outline>>,
+    done: Vec<Step>,
+    undone: Vec<Step>,
+}
+
+/// What an image had before a step, or after one that was undone.
+#[derive(Debug, Clone, PartialEq)]
+struct Step {
+    image: usize,
+    outline: Option<Outline>,
+}
+
+impl Outlines {
+    /// None yet.
+    pub fn none(stack: &Stack) -> Outlines {
+        Outlines {
+            images: vec![None; stack.slices().len()],
+            ..Outlines::default()
+        }
+    }
+
+    /// What was found in the stack.
+    pub fn found(stack: &Stack, annotation: Annotation) -> Outlines {
+        let mut outlines = Outlines::none(stack);
+        for slice in annotation.slices {
+            if let Some(place) = outlines.images.get_mut(slice.image) {
+                *place = Some(slice.into());
+            }
+        }
+        outlines
+    }
+
+    /// Those of a case made from the stack before: each goes to the image nearest in height. Also how many outlines of the
+    /// case no image is near to; these are left out.
+    pub fn of_case(stack: &Stack, case: &Case) -> (Outlines, usize) {
+        let mut outlines = Outlines::none(stack);
+        let heights: Vec<f64> = stack.slices().iter().map(|slice| slice.z_mm).collect();
+        let near = SAME_HEIGHT * (heights[heights.len() - 1] - heights[0]) / (heights.len() - 1).max(1) as f64;
+        let mut left_out = 0;
+        for slice in &case.slices {
+            let away = |image: &usize| (heights[*image] - slice.z).abs();
+            let nearest = (0..heights.len()).min_by(|a, b| away(a).total_cmp(&away(b)));
+            let place = nearest.filter(|image| away(image) <= near && outlines.images[*image].is_none());
+            match (place, landmarks(&slice.capsule)) {
+                (Some(image), Some(capsule)) => {
+                    outlines.images[image] = Some(Outline {
+                        capsule,
+                        origin: Origin::Drawn,
+                        flags: Vec::new(),
+                    });
+                }
+                _ => left_out += 1,
+            }
+        }
+        (outlines, left_out)
+    }
+
+    /// The outline of an image.
+    pub fn of(&self, image: usize) -> Option<&Outline> {
+        self.images.get(image)?.as_ref()
+    }
+
+    /// Images with an outline, by rising height.
+    pub fn outlined(&self) -> impl DoubleEndedIterator<Item = (usize, &Outline)> {
+        let all = self.images.iter().enumerate();
+        all.filter_map(|(image, outline)| Some((image, outline.as_ref()?)))
+    }
+
+    /// The zone of an image by where it lies between the lowest and the highest outline.
+    pub fn zone(&self, image: usize) -> Zone {
+        let mut all = self.outlined().map(|(image, _)| image);
+        let first = all.next().unwrap_or(image);
+        let last = all.next_back().unwrap_or(first);
+        Zone::at((image as f64 - first as f64 + 0.5) / (last - first + 1) as f64)
+    }
+
+    /// Puts an outline on an image, or takes it away, as one step. `joined` makes it part of the step before if that was on
+    /// the same image: a drag is one step.
+    pub fn set(&mut self, image: usize, outline: Option<Outline>, joined: bool) {
+        let Some(place) = self.images.get_mut(image) else {
+            return;
+        };
+        let before = std::mem::replace(place, outline);
+        let is_part = joined && self.done.last().is_some_and(|step| step.image == image);
+        if !is_part {
+            self.done.push(Step { image, outline: before });
+            if self.done.len() > MAX_STEPS {
+                self.done.remove(0);
+            }
+        }
+        self.undone.clear();
+    }
+
+    /// Moves a landmark to a place, mm, and its neighbours with it, less the farther they are. A place that is no number
+    /// does nothing.
+    pub fn drag(&mut self, image: usize, landmark: usize, to: DVec2, joined: bool) {
+        self.mend(image, joined, |capsule| {
+            let by = to - *capsule.get(landmark)?;
+            let count = capsule.len();
+            for away in -(FOLLOWING as isize)..=FOLLOWING as isize {
+                let share = 0.5 + 0.5 * (std::f64::consts::PI * away as f64 / (FOLLOWING + 1) as f64).cos();
+                let neighbour = (landmark as isize + away).rem_euclid(count as isize) as usize;
+                capsule[neighbour] += share * by;
+            }
+            Some(())
+        });
+    }
+
+    /// Moves the whole outline, mm.
+    pub fn shift(&mut self, image: usize, by: DVec2, joined: bool) {
+        self.mend(image, joined, |capsule| {
+            capsule.iter_mut().for_each(|place| *place += by);
+            Some(())
+        });
+    }
+
+    /// Makes the whole outline larger about its middle.
+    pub fn scale(&mut self, image: usize, factor: f64, joined: bool) {
+        self.mend(image, joined, |capsule| {
+            let middle = capsule.iter().sum::<DVec2>() / capsule.len() as f64;
+            capsule
+                .iter_mut()
+                .for_each(|place| *place = middle + factor * (*place - middle));
+            Some(())
+        });
+    }
+
+    /// Adds to the weight of a mode of the section model, in its standard deviations. What the model cannot say of the
+    /// outline stays as it is.
+    pub fn nudge(&mut self, image: usize, model: &Model, mode: usize, by: f64, joined: bool) {
+        // Where the image lies shifts the pose, not what a mode does.
+        let centre = DVec2::ZERO;
+        self.mend(image, joined, |capsule| {
+            let section = &model.section;
+            let mut weights = section.weights_of(capsule, centre);
+            let before = section.at(&weights, centre);
+            *weights.get_mut(crate::section::SECTION_POSE + mode)? += by;
+            for (place, (before, after)) in capsule.iter_mut().zip(before.iter().zip(section.at(&weights, centre))) {
+                *place += after - *before;
+            }
+            Some(())
+        });
+    }
+
+    /// Copies the outline of another image; nothing happens where that has none.
+    pub fn copy(&mut self, image: usize, from: usize) {
+        let Some(outline) = self.of(from) else { return };
+        let copied = Outline {
+            capsule: outline.capsule.clone(),
+            origin: Origin::Copied { from },
+            flags: Vec::new(),
+        };
+        self.set(image, Some(copied), false);
+    }
+
+    /// Takes the flags off an outline: somebody looked at it and found it right.
+    pub fn accept(&mut self, image: usize) {
+        let Some(outline) = self.of(image).filter(|outline| !outline.flags.is_empty()) else {
+            return;
+        };
+        let accepted = Outline {
+            flags: Vec::new(),
+            ..outline.clone()
+        };
+        self.set(image, Some(accepted), false);
+    }
+
+    /// Searches one image anew from the outline it has, or from the mean section where it has none.
+    ///
+    /// # Errors
+    ///
+    /// [`AnnotateError::NoImage`].
+    pub fn search(&self, image: usize, stack: &Stack, model: &Model, seed: u64) -> Result<Outline, AnnotateError> {
+        let start = self.of(image).map(|outline| outline.capsule.as_slice());
+        Ok(annotate_slice(stack, image, self.zone(image), start, model, seed)?.into())
+    }
+
+    /// Whether there is a step to undo, and one to do again.
+    pub fn steps(&self) -> [bool; 2] {
+        [!self.done.is_empty(), !self.undone.is_empty()]
+    }
+
+    /// Undoes the last step. The image it was on.
+    pub fn undo(&mut self) -> Option<usize> {
+        let step = self.done.pop()?;
+        let after = std::mem::replace(&mut self.images[step.image], step.outline);
+        self.undone.push(Step {
+            image: step.image,
+            outline: after,
+        });
+        Some(step.image)
+    }
+
+    /// Does the step again that was undone last. The image it is on.
+    pub fn redo(&mut self) -> Option<usize> {
+        let step = self.undone.pop()?;
+        let before = std::mem::replace(&mut self.images[step.image], step.outline);
+        self.done.push(Step {
+            image: step.image,
+            outline: before,
+        });
+        Some(step.image)
+    }
+
+    /// Volume within the outlines, ml.
+    pub fn volume_ml(&self, stack: &Stack) -> f64 {
+        volume_ml(self.outlined().map(|(image, outline)| {
+            let z = stack.slices().get(image).map_or(0.0, |slice| slice.z_mm);
+            (z, contour::signed_area(&outline.capsule).abs())
+        }))
+    }
+
+    /// The case of the outlines: everything but the capsule by the rules of [`Case::complete`]. Where an outline was not drawn by
+    /// anybody, [`Case::approximated`] says so.
+    ///
+    /// # Errors
+    ///
+    /// The rule that the outlines break.
+    pub fn to_case(&self, stack: &Stack, name: &str, source: CaseSource) -> Result<Case, CaseRuleError> {
+        let slices = self.outlined().filter_map(|(image, outline)| {
+            let z = stack.slices().get(image)?.z_mm;
+            Some((z, outline.capsule.as_slice(), outline.rule(image)))
+        });
+        case_of(slices, stack, name, source)
+    }
+
+    /// Changes the outline of an image by hand; one that comes out with a place that is no number is not taken.
+    fn mend(&mut self, image: usize, joined: bool, change: impl FnOnce(&mut Vec<DVec2>) -> Option<()>) {
+        let Some(outline) = self.of(image) else { return };
+        let mut capsule = outline.capsule.clone();
+        let is_changed = change(&mut capsule).is_some() && capsule.len() == LANDMARKS;
+        if !is_changed || !capsule.iter().all(|place| place.is_finite()) {
+            return;
+        }
+        let mended = Outline {
+            capsule,
+            origin: Origin::Drawn,
+            flags: Vec::new(),
+        };
+        self.set(image, Some(mended), joined);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Image, ImageSlice};
+
+    fn stack() -> Stack {
+        let image = || {
+            let grey = (0..40 * 40).map(|pixel| (pixel % 7) as f32 / 7.0).collect();
+            Image::new([40, 40], [1.0; 2], [-20.0; 2], grey).expect("an image")
+        };
+        let slices = (0..5).map(|index| ImageSlice {
+            z_mm: 5.0 * f64::from(index),
+            image: image(),
+        });
+        Stack::new(slices.collect()).expect("a stack")
+    }
+
+    fn ring(radius: f64) -> Outline {
+        let corner =
+            |index: usize| radius * DVec2::from_angle(std::f64::consts::TAU * (index as f64 / LANDMARKS as f64 - 0.25));
+        Outline {
+            capsule: (0..LANDMARKS).map(corner).collect(),
+            origin: Origin::Found { error_mm: 1.25 },
+            flags: vec![Flag::PoorFit],
+        }
+    }
+
+    fn ringed() -> Outlines {
+        let mut outlines = Outlines::none(&stack());
+        for (image, radius) in [8.0, 12.0, 13.0, 12.0, 9.0].into_iter().enumerate() {
+            outlines.images[image] = Some(ring(radius));
+        }
+        outlines
+    }
+
+    #[test]
+    fn a_drag_takes_the_neighbours_along_and_is_undone_as_one_step() {
+        let mut outlines = ringed();
+        let before = outlines.clone();
+        let at = outlines.of(2).unwrap().capsule[8];
+        for step in 1..=10 {
+            outlines.drag(2, 8, at + DVec2::X * 0.3 * f64::from(step), step > 1);
+        }
+        let dragged = outlines.of(2).unwrap();
+        assert!((dragged.capsule[8] - at - DVec2::X * 3.0).length() < 1e-9);
+        let moved = |landmark: usize| dragged.capsule[landmark].distance(before.of(2).unwrap().capsule[landmark]);
+        assert!(moved(8) > moved(9) && moved(9) > moved(10) && moved(10) > moved(12) && moved(12) > 0.0);
+        assert_eq!(moved(8 + FOLLOWING + 1), 0.0);
+        assert_eq!((dragged.origin, dragged.flags.len()), (Origin::Drawn, 0));
+        let after = outlines.images.clone();
+        assert_eq!(outlines.undo(), Some(2));
+        assert_eq!((outlines.undo(), &outlines.images), (None, &before.images));
+        assert_eq!((outlines.redo(), &outlines.images), (Some(2), &after));
+        outlines.undo();
+        outlines.shift(1, DVec2::Y, false);
+        assert_eq!(
+            outlines.redo(),
+            None,
+            "what was undone is gone once something else was done"
+        );
+    }
+
+    #[test]
+    fn places_that_are_no_numbers_change_nothing() {
+        let mut outlines = ringed();
+        let before = outlines.clone();
+        outlines.drag(2, 8, DVec2::new(f64::NAN, 0.0), false);
+        outlines.drag(2, 99, DVec2::ZERO, false);
+        outlines.scale(2, f64::INFINITY, false);
+        outlines.shift(9, DVec2::X, false);
+        outlines.copy(1, 9);
+        assert_eq!(outlines, before);
+    }
+
+    #[test]
+    fn sizes_scale_the_area_by_their_square() {
+        let mut outlines = ringed();
+        let area = |outlines: &Outlines| contour::signed_area(&outlines.of(2).unwrap().capsule);
+        let before = area(&outlines);
+        outlines.scale(2, 1.1, false);
+        assert!((area(&outlines) / before - 1.21).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_case_tells_what_nobody_drew_and_comes_back_as_it_was_saved() {
+        let mut outlines = ringed();
+        outlines.drag(1, 0, DVec2::new(0.0, -14.0), false);
+        outlines.copy(3, 2);
+        let source = CaseSource {
+            description: "test".into(),
+            licence: "CC0-1.0".into(),
+        };
+        let case = outlines.to_case(&stack(), "rings", source).expect("a case");
+        let rule = |slice: usize| {
+            let what = format!("slices[{slice}].capsule");
+            case.approximated
+                .iter()
+                .find(|note| note.what == what)
+                .map(|note| note.rule.clone())
+        };
+        assert!(rule(0).is_some_and(|rule| rule.contains("1.2 mm") && rule.contains("poor fit")));
+        assert_eq!(rule(1), None);
+        assert!(rule(3).is_some_and(|rule| rule.contains("image 2")));
+        let (back, left_out) = Outlines::of_case(&stack(), &case);
+        assert_eq!(left_out, 0);
+        for (image, outline) in outlines.outlined() {
+            let mean = crate::compare::mean_distance_mm(&outline.capsule, &back.of(image).unwrap().capsule);
+            assert!(mean < 0.05, "{image}: {mean}");
+        }
+        let volume = outlines.volume_ml(&stack());
+        assert!((back.volume_ml(&stack()) / volume - 1.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn an_outline_that_was_looked_at_keeps_its_error_and_loses_its_flags() {
+        let mut outlines = ringed();
+        outlines.accept(2);
+        let accepted = outlines.of(2).unwrap();
+        assert_eq!(
+            (accepted.origin, accepted.flags.len()),
+            (Origin::Found { error_mm: 1.25 }, 0)
+        );
+        outlines.accept(2);
+        outlines.undo();
+        assert_eq!(
+            (outlines.of(2).unwrap().flags.len(), outlines.steps()),
+            (1, [false, true])
+        );
+    }
+
+    #[test]
+    fn too_few_outlines_are_no_case() {
+        let mut outlines = ringed();
+        for image in [0, 1, 2, 3] {
+            outlines.set(image, None, false);
+        }
+        let source = CaseSource {
+            description: "test".into(),
+            licence: "CC0-1.0".into(),
+        };
+        assert!(outlines.to_case(&stack(), "few", source).is_err());
+        assert_eq!(outlines.zone(4), Zone::Middle);
+    }
+}

@@ -1,0 +1,296 @@
+//! Outlines on ultrasound images: found by the model, mended slice by slice, saved as a case and played.
+//!
+//! | to find | look in |
+//! |---|---|
+//! | what takes longer than a frame | `work.rs` |
+//! | the image and dragging on it | `image.rs` |
+//! | the gland beside it | `gland.rs` |
+//! | buttons, modes, saving | `tools.rs` |
+//!
+//! What the steps do to outlines is `resecta_annotate`'s (`Outlines`); here is only what is seen and pressed.
+
+mod gland;
+mod image;
+mod tools;
+mod work;
+
+use std::{path::PathBuf, sync::Arc};
+
+use bevy::{prelude::*, window::FileDragAndDrop};
+use bevy_egui::{
+    EguiContexts, EguiPrimaryContextPass,
+    egui::{self, RichText, Ui},
+};
+use resecta_annotate::{Model, Outlines, Stack};
+use resecta_scenario::CASE_SUFFIX;
+
+use self::{
+    gland::Turn,
+    image::Shown,
+    work::{Finished, Opened, Work},
+};
+use super::{
+    flow::{GameFlow, Phase, Wish},
+    menu::{self, MenuFocus, MenuSystems},
+    palette,
+};
+
+pub use self::work::{ImageFiles, Images};
+
+/// Side of the image, points.
+const IMAGE: [f32; 2] = [640.0, 560.0];
+/// Height of the gland's picture, points.
+const GLAND_HEIGHT: f32 = 250.0;
+
+pub fn plugin(app: &mut App) {
+    app.init_resource::<Editor>()
+        .add_systems(Update, (take_dropped, finish_work))
+        .add_systems(EguiPrimaryContextPass, show.in_set(MenuSystems::Show));
+}
+
+/// The images that are open, and what is being done with them.
+#[derive(Resource, Default)]
+pub struct Editor {
+    open: Option<Open>,
+    work: Option<Work>,
+    /// A path that is being written.
+    path: String,
+    told: Option<Told>,
+}
+
+/// A stack with its outlines.
+struct Open {
+    stack: Arc<Stack>,
+    model: Arc<Model>,
+    outlines: Outlines,
+    /// The image that is shown.
+    image: usize,
+    shown: Shown,
+    turn: Turn,
+    /// Name of the case.
+    name: String,
+    /// Where the case goes.
+    file: String,
+    /// Whether something changed since it was saved.
+    is_unsaved: bool,
+    /// Whether leaving without saving was asked for once.
+    is_leaving: bool,
+}
+
+/// Something to be told, and whether it is bad.
+struct Told {
+    words: String,
+    is_bad: bool,
+}
+
+impl Editor {
+    /// Opens images in place of those that are open.
+    pub fn begin(&mut self, images: Images) {
+        self.told = None;
+        self.work = Some(Work::open(images));
+    }
+
+    /// Whether images are open or being opened.
+    pub fn has_begun(&self) -> bool {
+        self.open.is_some() || self.work.is_some()
+    }
+
+    /// Whether images are open and nothing is being done.
+    pub fn is_ready(&self) -> bool {
+        self.open.is_some() && self.work.is_none()
+    }
+
+    fn tell(&mut self, words: impl Into<String>, is_bad: bool) {
+        self.told = Some(Told {
+            words: words.into(),
+            is_bad,
+        });
+    }
+
+    fn take(&mut self, opened: Opened) {
+        let Opened {
+            stack,
+            model,
+            outlines,
+            name,
+            note,
+        } = opened;
+        let is_mine = outlines.outlined().count();
+        let middle = outlines.outlined().nth(is_mine / 2).map(|(image, _)| image);
+        let image = middle.unwrap_or(stack.slices().len() / 2);
+        self.told = note.map(|words| Told { words, is_bad: true });
+        self.open = Some(Open {
+            stack,
+            model,
+            outlines,
+            image,
+            shown: Shown::default(),
+            turn: Turn::default(),
+            file: format!("{name}{CASE_SUFFIX}"),
+            name,
+            is_unsaved: true,
+            is_leaving: false,
+        });
+    }
+}
+
+/// A folder or file that is dropped on the window is opened.
+fn take_dropped(mut dropped: MessageReader<FileDragAndDrop>, flow: Res<GameFlow>, mut editor: ResMut<Editor>) {
+    for event in dropped.read() {
+        if let FileDragAndDrop::DroppedFile { path_buf, .. } = event
+            && flow.phase == Phase::Outlines
+            && editor.work.is_none()
+        {
+            editor.begin(of_path(path_buf.clone()));
+        }
+    }
+}
+
+fn of_path(path: PathBuf) -> Images {
+    Images::Files(Box::new(ImageFiles {
+        path,
+        ..ImageFiles::default()
+    }))
+}
+
+fn finish_work(mut editor: ResMut<Editor>) {
+    let Some(finished) = editor.work.as_mut().and_then(Work::poll) else {
+        return;
+    };
+    editor.work = None;
+    match finished {
+        Finished::Opened(Ok(opened)) => editor.take(opened),
+        Finished::Opened(Err(error)) | Finished::Searched { found: Err(error), .. } => editor.tell(error, true),
+        Finished::Searched {
+            image,
+            found: Ok(outline),
+        } => {
+            if let Some(open) = &mut editor.open {
+                open.outlines.set(image, Some(outline), false);
+                open.is_unsaved = true;
+            }
+        }
+    }
+}
+
+fn show(
+    mut contexts: EguiContexts,
+    focus: Res<MenuFocus>,
+    mut editor: ResMut<Editor>,
+    mut flow: ResMut<GameFlow>,
+) -> Result {
+    if flow.help || flow.phase != Phase::Outlines {
+        return Ok(());
+    }
+    let context = contexts.ctx_mut()?;
+    let mut is_writing = false;
+    menu::full_screen(context, "outlines", palette::GROUND, |ui| {
+        ui.horizontal(|ui| {
+            ui.label(RichText::new("Outlines").size(30.0).strong());
+            if let Some(open) = &editor.open {
+                ui.label(RichText::new(&open.name).size(30.0).color(palette::ACCENT));
+            }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                leave(ui, &mut editor, &mut flow);
+            });
+        });
+        ui.add_space(8.0);
+        let editor = editor.as_mut();
+        if editor.work.is_none() && editor.open.is_none() {
+            is_writing = door(ui, editor, focus.lead);
+        } else if let Some(open) = &mut editor.open {
+            let has_begun = tools::show_all(ui, open, &mut editor.work, &mut editor.told, &mut flow);
+            is_writing = has_begun;
+        }
+        if let Some(work) = &editor.work {
+            let (words, share) = work.told();
+            waiting(ui, words, share);
+        }
+    });
+    flow.is_writing = is_writing;
+    Ok(())
+}
+
+/// The way out: outlines that are not saved are lost at the second time of asking only.
+fn leave(ui: &mut Ui, editor: &mut Editor, flow: &mut GameFlow) {
+    menu::wish(ui, "Title (Esc)", Wish::Title, false, flow);
+    let Some(open) = &mut editor.open else { return };
+    let words = match open.is_leaving {
+        true => "Not saved: press again to close",
+        false => "Other images",
+    };
+    if editor.work.is_none() && menu::button(ui, words, false).clicked() {
+        if open.is_unsaved && !open.is_leaving {
+            open.is_leaving = true;
+        } else {
+            editor.open = None;
+            editor.told = None;
+        }
+    }
+}
+
+/// Where no images are open: how to open some. Whether somebody writes.
+fn door(ui: &mut Ui, editor: &mut Editor, lead: bool) -> bool {
+    let words = "From transrectal ultrasound to a gland to operate on. A model of the prostate finds its outline in every image; \
+                 what it is unsure of is marked, and you mend it here. The urethra, which ultrasound does not show, is put in by rule.";
+    ui.set_max_width(760.0);
+    ui.label(RichText::new(words).size(17.0).color(palette::WEAK));
+    ui.add_space(18.0);
+    menu::caption(ui, "Images of your own");
+    let mut is_writing = false;
+    let mut is_asked = false;
+    ui.horizontal(|ui| {
+        let field = egui::TextEdit::singleline(&mut editor.path)
+            .hint_text("a folder of pictures, a .nii.gz volume or a DICOM file")
+            .desired_width(560.0);
+        let field = ui.add(field);
+        is_writing = field.has_focus();
+        is_asked = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        is_asked |= menu::button(ui, "Open", false).clicked();
+    });
+    let words = "Or drop them on this window. What the files do not tell (distance of pixels and images, axes) goes into a file \
+                 stack.ron beside them; what is missing is told by name.";
+    ui.label(RichText::new(words).size(13.5).color(palette::WEAK));
+    ui.add_space(18.0);
+    menu::caption(ui, "No images at hand");
+    if menu::button(ui, "Synthetic ultrasound of a shipped gland", lead).clicked() {
+        editor.begin(Images::Example);
+    }
+    if is_asked && !editor.path.trim().is_empty() {
+        editor.begin(of_path(editor.path.trim().into()));
+    }
+    if let Some(told) = &editor.told {
+        ui.add_space(18.0);
+        tell(ui, told);
+    }
+    is_writing
+}
+
+fn tell(ui: &mut Ui, told: &Told) {
+    let colour = if told.is_bad { palette::CAREFUL } else { palette::GOOD };
+    ui.label(RichText::new(&told.words).size(14.0).color(colour));
+}
+
+fn waiting(ui: &Ui, words: &str, share: Option<f32>) {
+    let area = egui::Rect::from_center_size(ui.ctx().viewport_rect().center(), egui::vec2(420.0, 84.0));
+    let painter = ui.painter();
+    painter.rect_filled(area, 10.0, palette::CARD);
+    let text = egui::FontId::proportional(17.0);
+    painter.text(
+        area.center_top() + egui::vec2(0.0, 30.0),
+        egui::Align2::CENTER_CENTER,
+        words,
+        text,
+        palette::TEXT,
+    );
+    let bar = egui::Rect::from_min_max(
+        area.left_bottom() + egui::vec2(24.0, -30.0),
+        area.right_bottom() - egui::vec2(24.0, 20.0),
+    );
+    painter.rect_filled(bar, 4.0, palette::BUTTON);
+    if let Some(share) = share {
+        let done = egui::Rect::from_min_size(bar.min, egui::vec2(bar.width() * share.clamp(0.0, 1.0), bar.height()));
+        painter.rect_filled(done, 4.0, palette::ACCENT);
+    }
+    ui.ctx().request_repaint();
+}
