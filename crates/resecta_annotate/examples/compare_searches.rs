@@ -80,9 +80,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!(
         "{volumes} volumes and {SEARCHED} synthetic glands, {SEEDS} seeds; median (quartiles) of the error above the least found"
     );
-    println!("search                          evaluations   at 500              at 1500             at the end          90 %   volumes, mm       synthetic, mm");
+    println!(
+        "search                          evaluations   at 500              at 1500             at the end          90 %   volumes, mm       synthetic, mm"
+    );
     for ((name, _), outcomes) in ways.iter().zip(&outcomes) {
-        let used = quartiles(outcomes.iter().map(|outcome| outcome.found.evaluations as f64).collect())[1];
+        let used = quartiles(
+            outcomes
+                .iter()
+                .map(|outcome| outcome.found.evaluations as f64)
+                .collect(),
+        )[1];
         print!("{name:31} {used:6.0}      ");
         for evaluations in [500, 1500, usize::MAX] {
             let [low, middle, high] = quartiles(outcomes.iter().map(|of| above_least(of, evaluations)).collect());

@@ -65,7 +65,9 @@ fn print_confidence(model: &Model) {
         .filter_map(|slice| Some((slice.expected_mm?, slice.distance_mm?, slice.flagged)))
         .collect();
     seen.sort_by(|one, other| one.0.total_cmp(&other.0));
-    println!("slices by the error expected, in fifths: expected mm, true mm (mean, median), above {POOR_FIT_MM} mm, flagged");
+    println!(
+        "slices by the error expected, in fifths: expected mm, true mm (mean, median), above {POOR_FIT_MM} mm, flagged"
+    );
     let share = |part: &[(f64, f64, bool)], of: &dyn Fn(&(f64, f64, bool)) -> bool| {
         part.iter().filter(|slice| of(slice)).count() as f64 / part.len().max(1) as f64
     };

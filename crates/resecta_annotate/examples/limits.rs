@@ -23,6 +23,8 @@ type Row = (&'static str, [f64; 3], Option<[f64; 2]>);
 
 struct Looked {
     rows: Vec<Row>,
+    /// Mean grey as a share of the brightest, and the share of pixels below a tenth of the mean; of those not black.
+    light: [f64; 2],
     /// The error function where the model comes nearest to the drawn outlines, at its least from there, and as found.
     errors: [f64; 3],
 }
@@ -39,16 +41,22 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .map(|left_out| look(&cases, left_out, spacing).map_err(|problem| problem.to_string()))
         .collect::<Result<Vec<Looked>, String>>()?;
 
-    println!("error function   nearest  least nearby  found");
-    for (case, Looked { errors, .. }) in cases.iter().zip(&looked) {
-        println!("{:16} {:8.1} {:12.1} {:7.1}", case.name, errors[0], errors[1], errors[2]);
+    println!("case         mean grey  dark   error function: nearest  least nearby  found");
+    for (case, Looked { light, errors, .. }) in cases.iter().zip(&looked) {
+        println!(
+            "{:12} {:9.2} {:5.2} {:24.1} {:13.1} {:6.1}",
+            case.name, light[0], light[1], errors[0], errors[1], errors[2]
+        );
     }
     println!("\nDice, median                     apex  middle   base | ends, mm: median, RMS, bias of apex; of base");
     for (index, (name, ..)) in looked[0].rows.iter().enumerate() {
         let of = |part: usize| median(looked.iter().map(|case| case.rows[index].1[part]).collect());
         print!("{name:31} {:.3}   {:.3}  {:.3}", of(0), of(1), of(2));
         for end in 0..2 {
-            let away: Vec<f64> = looked.iter().filter_map(|case| Some(case.rows[index].2?[end])).collect();
+            let away: Vec<f64> = looked
+                .iter()
+                .filter_map(|case| Some(case.rows[index].2?[end]))
+                .collect();
             if !away.is_empty() {
                 let count = away.len() as f64;
                 let bias = away.iter().sum::<f64>() / count;
@@ -108,7 +116,10 @@ fn look(cases: &[TrainingCase], left_out: usize, spacing: f64) -> Result<Looked,
         ("mean of the model", task.gland(&vec![0.0; task.dimensions()])),
         ("least error near the drawn", task.gland(&nearby.weights)),
         ("found", task.gland(&found.weights)),
-        ("found, with the drawn ends", with_ends(task.gland(&found.weights), truth.ends)),
+        (
+            "found, with the drawn ends",
+            with_ends(task.gland(&found.weights), truth.ends),
+        ),
         ("found, case not left out", known.gland(&known.run(1).weights)),
     ] {
         let section = |z: &f64| Some((*z, gland.section(*z)?));
@@ -116,8 +127,14 @@ fn look(cases: &[TrainingCase], left_out: usize, spacing: f64) -> Result<Looked,
         let away = [gland.ends[0] - truth.ends[0], gland.ends[1] - truth.ends[1]];
         rows.push((name, dice(&outlines), Some(away)));
     }
+    let greys = case.stack.slices().iter().flat_map(|slice| slice.image.grey());
+    let greys: Vec<f64> = greys.filter(|grey| **grey > 0.0).map(|grey| f64::from(*grey)).collect();
+    let share = 1.0 / greys.len().max(1) as f64;
+    let mean = share * greys.iter().sum::<f64>();
+    let dark = greys.iter().filter(|grey| **grey < 0.1 * mean).count() as f64;
     Ok(Looked {
         rows,
+        light: [mean / greys.iter().copied().fold(0.0, f64::max), share * dark],
         errors: [task.error(&nearest), nearby.error, found.error],
     })
 }

@@ -18,7 +18,7 @@ use shared::chart::{Chart, Series, quantile, quartiles};
 
 /// Glands learned from, and others annotated at every level.
 const LEARNED: u64 = 20;
-const ANNOTATED: u64 = 8;
+const ANNOTATED: u64 = 6;
 /// Distance between pixels, mm.
 const SPACING_MM: f64 = 0.5;
 /// Levels of noise: 0 is light, 1 moderate, 2 heavy, and more goes on so.
@@ -60,11 +60,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         points[1].push((level, quartiles(slices.map(|slice| slice.expected_mm).collect())));
     }
     for (name, change) in [
-        ("moderate, 1 look", (|options| options.looks = 1) as fn(&mut SyntheticOptions)),
-        ("moderate, -2 dB", |options| options.gland_db = -2.0),
+        (
+            "moderate, 1 look",
+            (|options| options.looks = 1) as fn(&mut SyntheticOptions),
+        ),
         ("moderate, 0 dB", |options| options.gland_db = 0.0),
         ("moderate, 20 stones", |options| options.calcifications = 20),
-        ("moderate, 0.8 dB/cm", |options| options.attenuation_db_per_cm_mhz = 0.8),
     ] {
         let mut options = options(1.0);
         change(&mut options);
@@ -163,12 +164,18 @@ fn annotate_all(
 fn report(name: &str, found: &[Annotated]) -> [f64; 3] {
     let slices: Vec<&Seen> = found.iter().flat_map(|gland| &gland.slices).collect();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let mut all: Vec<f64> = slices.iter().flat_map(|slice| slice.distances_mm.iter().copied()).collect();
+    let mut all: Vec<f64> = slices
+        .iter()
+        .flat_map(|slice| slice.distances_mm.iter().copied())
+        .collect();
     all.sort_by(f64::total_cmp);
     let dice: Vec<f64> = found.iter().map(|gland| gland.overlap.dice()).collect();
     let flagged = slices.iter().filter(|slice| slice.is_flagged).count() as f64 / slices.len().max(1) as f64;
     let expected: Vec<f64> = slices.iter().map(|slice| slice.expected_mm).collect();
-    let nearest: Vec<f64> = found.iter().flat_map(|gland| gland.nearest_mm.iter().copied()).collect();
+    let nearest: Vec<f64> = found
+        .iter()
+        .flat_map(|gland| gland.nearest_mm.iter().copied())
+        .collect();
     println!(
         "{name:20} {:8.2}  {:8.2}  {:.3}  {flagged:7.2}  {:12.2}  {:8.2}",
         mean(&all),

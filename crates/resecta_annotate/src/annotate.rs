@@ -319,11 +319,7 @@ impl SliceSearch<'_> {
             }
             offsets[SECTION_POSE..].iter_mut().for_each(|offset| *offset *= 0.8);
         }
-        (
-            weights_at(&offsets),
-            outline_at(&offsets),
-            found.evaluations,
-        )
+        (weights_at(&offsets), outline_at(&offsets), found.evaluations)
     }
 
     fn evidence(&self, capsule: &[DVec2]) -> Evidence {

@@ -200,3 +200,31 @@ impl FieldSlice {
         upper + v * (lower - upper)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ImageSlice;
+
+    fn field(grey: impl Fn(usize) -> f32) -> Field {
+        let slice = |z: u32| {
+            let grey = (0..64).map(|pixel| grey(pixel + z as usize)).collect();
+            ImageSlice {
+                z_mm: f64::from(z),
+                image: Image::new([8, 8], [1.5; 2], [0.0; 2], grey).expect("an image"),
+            }
+        };
+        Field::of(&Stack::new((0..3).map(slice).collect()).expect("a stack"))
+    }
+
+    #[test]
+    fn gain_and_dynamic_range_do_not_matter() {
+        let shade = |pixel: usize| 0.2 + 0.1 * (pixel as f32 * 0.7).sin();
+        let (one, brighter) = (field(shade), field(|pixel| 2.0 * shade(pixel)));
+        let wider = field(|pixel| 4.0 * shade(pixel).powf(1.5));
+        for (index, value) in one.slices[0].log.iter().enumerate() {
+            assert!((value - brighter.slices[0].log[index]).abs() < 1e-4);
+            assert!((value - wider.slices[0].log[index]).abs() < 0.25);
+        }
+    }
+}

@@ -213,3 +213,23 @@ impl GlandModel {
         weights
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gland_ends_half_a_slice_beyond_its_outlines_and_its_surface_counts_by_area() {
+        let circle = |radius: f64| -> Vec<DVec2> {
+            let corners = (0..90).map(|corner| DVec2::from_angle(std::f64::consts::TAU * f64::from(corner) / 90.0));
+            corners.map(|corner| radius * corner).collect()
+        };
+        let outlines = [(0.0, circle(10.0)), (4.0, circle(20.0)), (10.0, circle(20.0))];
+        let gland = Gland::of_outlines(&outlines).expect("a gland");
+        assert_eq!(gland.ends, [-2.0, 13.0]);
+        assert!(gland.section(12.9).is_some() && gland.section(13.1).is_none());
+        let area = |(_, points): &(f64, Vec<SurfacePoint>)| points.iter().map(|point| point.area).sum::<f64>();
+        let areas: Vec<f64> = gland.surface().map(|level| area(&level)).collect();
+        assert!((areas[0] / areas[HEIGHTS - 1] - 0.5).abs() < 0.02, "{areas:?}");
+    }
+}

@@ -39,7 +39,13 @@ impl Chart<'_> {
     pub fn draw(&self, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
         let area = SVGBackend::new(path, SIZE).into_drawing_area();
         area.fill(&WHITE)?;
-        let scale = |value: f64| if self.logarithmic { value.max(self.up.start).log10() } else { value };
+        let scale = |value: f64| {
+            if self.logarithmic {
+                value.max(self.up.start).log10()
+            } else {
+                value
+            }
+        };
         let up = scale(self.up.start)..scale(self.up.end);
         let mut chart = ChartBuilder::on(&area)
             .caption(self.caption, ("sans-serif", 20))
@@ -74,7 +80,10 @@ impl Chart<'_> {
                 chart.draw_series(LineSeries::new(line, style))?;
             }
             let entry = 60 + 24 * place as i32;
-            area.draw(&PathElement::new([(right, entry), (right + 30, entry)], colour.stroke_width(2)))?;
+            area.draw(&PathElement::new(
+                [(right, entry), (right + 30, entry)],
+                colour.stroke_width(2),
+            ))?;
             area.draw(&Text::new(name.as_str(), (right + 38, entry - 8), ("sans-serif", 15)))?;
         }
         area.present()?;

@@ -79,8 +79,11 @@ pub fn genetic(
     while idle < options.patience && found.evaluations < options.evaluations {
         // A stable sort: equals keep the order in which they were born.
         generation.sort_by(|one, other| one.0.total_cmp(&other.0));
-        let room = (options.population.saturating_sub(options.elite).max(1)).min(options.evaluations - found.evaluations);
-        let children = (0..room).map(|_| child(&generation, options, spread, &mut random)).collect();
+        let room =
+            (options.population.saturating_sub(options.elite).max(1)).min(options.evaluations - found.evaluations);
+        let children = (0..room)
+            .map(|_| child(&generation, options, spread, &mut random))
+            .collect();
         generation.truncate(options.elite);
         let before = found.error;
         for (error, weights) in judge(children) {
@@ -93,12 +96,7 @@ pub fn genetic(
     found
 }
 
-fn child(
-    generation: &[(f64, Vec<f64>)],
-    options: &GeneticOptions,
-    spread: f64,
-    random: &mut SplitMix64,
-) -> Vec<f64> {
+fn child(generation: &[(f64, Vec<f64>)], options: &GeneticOptions, spread: f64, random: &mut SplitMix64) -> Vec<f64> {
     let mut parent = || {
         // The generation is sorted: the smallest index is the best.
         let drawn = (0..TOURNAMENT).map(|_| (random.unit() * generation.len() as f64) as usize);
