@@ -1,12 +1,16 @@
 //! Trains on a folder of annotated volumes and prints how models trained without each case found it.
 //!
-//! `cargo run --release -p resecta_annotate --example leave_one_out -- FOLDER SPACING [MODEL]`: volumes in `FOLDER/images`
-//! and masks of the same names in `FOLDER/labels` (NIfTI, channel 0, axes as DeepReg has them), spacing of the voxels in mm.
+//! `cargo run --release -p resecta_annotate --example leave_one_out -- FOLDER SPACING [MODEL]`, with `FOLDER` and
+//! `SPACING` as `shared/volumes.rs` reads them.
+
+mod shared {
+    pub mod volumes;
+}
 
 use std::path::Path;
+use std::time::Instant;
 
-use resecta_anatomy::import::{Axes, MaskOptions, nifti_mask};
-use resecta_annotate::{Geometry, Heights, Model, TrainingCase, read_stack};
+use resecta_annotate::{AnnotateError, Model, POOR_FIT_MM, TrainingCase, annotate};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -14,35 +18,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err("expected FOLDER SPACING [MODEL]".into());
     };
     let (folder, spacing) = (Path::new(folder), spacing.parse::<f64>()?);
-    let mut names: Vec<_> = std::fs::read_dir(folder.join("images"))?
-        .map(|entry| entry.map(|entry| entry.file_name()))
-        .collect::<Result<_, _>>()?;
-    names.sort();
-    let mut cases = Vec::new();
-    for name in names {
-        let geometry = Geometry {
-            spacing: Some([spacing; 2]),
-            z: Some(Heights::Even {
-                first: 0.0,
-                distance: spacing,
-            }),
-            axes: Some(Axes::PLS),
-            ..Geometry::default()
-        };
-        let stack = read_stack(&folder.join("images").join(&name), &geometry)?;
-        let mask = MaskOptions {
-            spacing_mm: Some([spacing; 3]),
-            ..MaskOptions::default()
-        };
-        let case = nifti_mask(&folder.join("labels").join(&name), &mask)?;
-        let outlines = case.slices.into_iter().map(|slice| (slice.z, slice.capsule)).collect();
-        cases.push(TrainingCase {
-            name: case.name,
-            stack,
-            outlines,
-        });
-    }
-    let start = std::time::Instant::now();
+    let cases = shared::volumes::cases(folder, spacing)?;
+    let start = Instant::now();
     let model = Model::train(&cases, "", 1, |_, _| {})?;
     let seconds = start.elapsed().as_secs_f64();
     println!("case         Dice  middle     mm    apex   base  volume  flagged  confidence");
@@ -73,8 +50,71 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         median(&|score| score.confidence)
     );
     println!("{seconds:.1} s for {} trainings and annotations", cases.len());
+    print_confidence(&model);
+    print_times(&cases, &model)?;
     if let [path, ..] = rest {
         model.save(Path::new(path))?;
     }
+    Ok(())
+}
+
+/// How well the error expected of a slice foretells the true one.
+fn print_confidence(model: &Model) {
+    let slices = model.figures.scores.iter().flat_map(|score| &score.slices);
+    let mut seen: Vec<(f64, f64, bool)> = slices
+        .filter_map(|slice| Some((slice.expected_mm?, slice.distance_mm?, slice.flagged)))
+        .collect();
+    seen.sort_by(|one, other| one.0.total_cmp(&other.0));
+    println!(
+        "slices by the error expected, in fifths: expected mm, true mm (mean, median), above {POOR_FIT_MM} mm, flagged"
+    );
+    let share = |part: &[(f64, f64, bool)], of: &dyn Fn(&(f64, f64, bool)) -> bool| {
+        part.iter().filter(|slice| of(slice)).count() as f64 / part.len().max(1) as f64
+    };
+    for part in seen.chunks(seen.len().div_ceil(5).max(1)) {
+        let mean = |of: &dyn Fn(&(f64, f64, bool)) -> f64| part.iter().map(of).sum::<f64>() / part.len() as f64;
+        let mut far: Vec<f64> = part.iter().map(|slice| slice.1).collect();
+        far.sort_by(f64::total_cmp);
+        println!(
+            "{:5.2}  {:5.2} {:5.2}  {:.2}  {:.2}",
+            mean(&|slice| slice.0),
+            mean(&|slice| slice.1),
+            far[far.len() / 2],
+            share(part, &|slice| slice.1 > POOR_FIT_MM),
+            share(part, &|slice| slice.2)
+        );
+    }
+    for limit in [3.0, POOR_FIT_MM] {
+        let (flagged, plain): (Vec<_>, Vec<_>) = seen.iter().partition(|slice| slice.2);
+        let bad = |slice: &(f64, f64, bool)| slice.1 > limit;
+        println!(
+            "above {limit} mm: {:.2} of {} flagged slices, {:.2} of {} others",
+            share(&flagged, &bad),
+            flagged.len(),
+            share(&plain, &bad),
+            plain.len()
+        );
+    }
+}
+
+/// How long a stack and a slice of it take.
+fn print_times(cases: &[TrainingCase], model: &Model) -> Result<(), AnnotateError> {
+    let (mut stacks, mut slices) = (Vec::new(), Vec::new());
+    for case in cases {
+        let start = Instant::now();
+        let found = annotate(&case.stack, model, 1, |_, _| {})?;
+        let seconds = start.elapsed().as_secs_f64();
+        stacks.push(seconds);
+        slices.push(seconds / found.slices.len() as f64);
+    }
+    let middle = |values: &mut Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    println!(
+        "{:.2} s a stack, {:.3} s a slice of it (medians)",
+        middle(&mut stacks),
+        middle(&mut slices)
+    );
     Ok(())
 }

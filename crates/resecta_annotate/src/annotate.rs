@@ -15,14 +15,13 @@ use crate::confidence::Evidence;
 use crate::discriminant::Verdict;
 use crate::field::{Field, FieldSlice};
 use crate::gland::{Gland, POSE};
+use crate::gland_search::{GlandSearch, REFINEMENT};
 use crate::outlined_case::{CaseSlice, case_of, found_rule, urethra_at};
 use crate::principal::WEIGHT_LIMIT;
-use crate::search::{Found, GeneticOptions, genetic, local};
+use crate::search::{Found, GeneticOptions, genetic_then_local};
 use crate::section::SECTION_POSE;
 use crate::{Image, Model, Stack};
 
-/// Evaluations of the compass search after each genetic one.
-const REFINEMENT: usize = 600;
 /// How far a slice may move from what the whole gland says, as standard deviations: mm, rad, logarithm of the size.
 const SLICE_MM: f64 = 1.5;
 const SLICE_RAD: f64 = 0.05;
@@ -134,9 +133,9 @@ pub fn annotate(
     if images.len() < MIN_SLICES {
         return Err(AnnotateError::TooFewImages { found: images.len() });
     }
-    let field = Field::of(stack);
-    let found = search_gland(model, &field, seed);
-    annotate_found(stack, &field, model, &found, seed, progress)
+    let search = GlandSearch::new(stack, model);
+    let found = search.run(seed);
+    annotate_found(stack, &search.field, model, &found, seed, progress)
 }
 
 /// As [`annotate`], once the whole gland is found.
@@ -243,26 +242,6 @@ pub fn annotate_slice(
     Ok(search.report(&shown.image, image, shown.z_mm, weights, capsule))
 }
 
-/// The gland of least error in a stack.
-pub(crate) fn search_gland(model: &Model, field: &Field, seed: u64) -> Found {
-    let centre = field.centre();
-    let error = |weights: &[f64]| model.gland_error(field, weights, centre);
-    let start = vec![0.0; model.gland.dimensions()];
-    let mut found = genetic(&[start], &GeneticOptions::default(), seed, error);
-    let refined = local(&found.weights, REFINEMENT, error);
-    found.evaluations += refined.evaluations;
-    (found.weights, found.error) = (refined.weights, refined.error);
-    // A shape far from the mean may cross itself, small as its probability is: it is drawn back until it does not.
-    for _ in 0..20 {
-        let gland = model.gland.at(&found.weights, centre);
-        if gland.levels.iter().all(|level| contour::self_crossing(level).is_none()) {
-            break;
-        }
-        found.weights[POSE..].iter_mut().for_each(|weight| *weight *= 0.8);
-    }
-    found
-}
-
 fn at_limit(weights: &[f64]) -> bool {
     weights.iter().any(|weight| weight.abs() >= AT_LIMIT * WEIGHT_LIMIT)
 }
@@ -329,20 +308,15 @@ impl SliceSearch<'_> {
             patience: 12,
             ..GeneticOptions::default()
         };
-        let found = genetic(&starts, &options, seed, error);
-        let refined = local(&found.weights, REFINEMENT, error);
-        let mut offsets = refined.weights;
+        let found = genetic_then_local(&starts, &options, REFINEMENT, seed, error);
+        let mut offsets = found.weights;
         for _ in 0..20 {
             if contour::self_crossing(&outline_at(&offsets)).is_none() {
                 break;
             }
             offsets[SECTION_POSE..].iter_mut().for_each(|offset| *offset *= 0.8);
         }
-        (
-            weights_at(&offsets),
-            outline_at(&offsets),
-            found.evaluations + refined.evaluations,
-        )
+        (weights_at(&offsets), outline_at(&offsets), found.evaluations)
     }
 
     fn evidence(&self, capsule: &[DVec2]) -> Evidence {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::discriminant::{Discriminant, Moments, Verdict};
 use crate::field::{Field, FieldSlice};
-use crate::gland::Gland;
+use crate::gland::{Gland, SurfacePoint};
 use crate::landmarks::{LANDMARKS, normals};
 
 /// Distance between the samples of a profile along the normal, mm.
@@ -74,9 +74,9 @@ impl Appearance {
         let end_samples = END_COLUMNS.len() * (2 * END_HALF + 1);
         let mut ends = vec![Moments::new(2 * END_REACH + 1, end_samples); 2];
         for (field, gland) in cases {
-            for (share, places) in gland.surface() {
+            for (share, points) in gland.surface() {
                 let zone = Zone::at(share) as usize;
-                for (landmark, (place, normal)) in places.into_iter().enumerate() {
+                for (landmark, SurfacePoint { place, normal, .. }) in points.into_iter().enumerate() {
                     let slice = field.plane(place.z);
                     let (flat, in_slice) = (normal.truncate().normalize_or_zero(), place.truncate());
                     for displacement in 0..=2 * REACH {

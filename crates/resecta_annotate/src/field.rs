@@ -1,4 +1,4 @@
-//! A stack made ready for measuring: log-compressed grey values, free of the scanner's gain, at any place.
+//! A stack made ready for measuring: log-compressed grey values, free of the scanner's gain and dynamic range, at any place.
 
 use glam::{DVec2, DVec3};
 
@@ -13,7 +13,8 @@ const PLANE_MM: f64 = 0.8;
 /// Grey from which a pixel counts for the mean.
 const LIT: f32 = 0.01;
 
-/// Log-compressed grey values of a stack. A change of gain adds the same everywhere, and the mean is about 0.
+/// Log-compressed grey values of a stack, of mean 0 and standard deviation 1 where it is lit: what a scanner's gain adds
+/// everywhere and what its dynamic range multiplies is gone.
 #[derive(Debug, Clone)]
 pub(crate) struct Field {
     pub slices: Vec<FieldSlice>,
@@ -25,6 +26,8 @@ pub(crate) struct FieldSlice {
     width: usize,
     height: usize,
     spacing: DVec2,
+    /// Pixels a millimetre.
+    per_mm: DVec2,
     origin: DVec2,
     log: Vec<f32>,
 }
@@ -44,16 +47,30 @@ impl Field {
             }
         }
         let mean = if count > 0 { (sum / count as f64) as f32 } else { 1.0 };
-        let slices = coarse.into_iter().map(|(z, coarse)| FieldSlice {
-            z,
-            width: coarse.size[0],
-            height: coarse.size[1],
-            spacing: coarse.spacing,
-            origin: coarse.origin,
-            log: coarse.grey.iter().map(|grey| (grey / mean + DARK).ln()).collect(),
-        });
+        let mut slices: Vec<FieldSlice> = Vec::with_capacity(coarse.len());
+        let mut lit = Vec::new();
+        for (z, coarse) in coarse {
+            let log: Vec<f32> = coarse.grey.iter().map(|grey| (grey / mean + DARK).ln()).collect();
+            let both = log.iter().zip(&coarse.grey);
+            lit.extend(both.filter(|(_, grey)| **grey > LIT).map(|(log, _)| f64::from(*log)));
+            slices.push(FieldSlice {
+                z,
+                width: coarse.size[0],
+                height: coarse.size[1],
+                spacing: coarse.spacing,
+                per_mm: coarse.spacing.recip(),
+                origin: coarse.origin,
+                log,
+            });
+        }
+        let level = lit.iter().sum::<f64>() / lit.len().max(1) as f64;
+        let variance = lit.iter().map(|log| (log - level).powi(2)).sum::<f64>() / lit.len().max(1) as f64;
+        let (level, deviation) = (level as f32, variance.sqrt().max(1e-3) as f32);
+        for log in slices.iter_mut().flat_map(|slice| &mut slice.log) {
+            *log = (*log - level) / deviation;
+        }
         Field {
-            slices: planes(&slices.collect::<Vec<_>>()),
+            slices: planes(&slices),
         }
     }
 
@@ -79,7 +96,8 @@ impl Field {
     /// The image at a height: the plane nearest to it; the first and last hold beyond the ends.
     #[inline]
     pub fn plane(&self, z: f64) -> &FieldSlice {
-        let plane = ((z - self.slices[0].z) / PLANE_MM).round().max(0.0) as usize;
+        // Faster than to round, which is a call: what is below 0 becomes 0 as an index.
+        let plane = ((z - self.slices[0].z) * (1.0 / PLANE_MM) + 0.5) as usize;
         &self.slices[plane.min(self.slices.len() - 1)]
     }
 
@@ -169,8 +187,8 @@ impl FieldSlice {
     /// Between pixels, linearly; the nearest pixel holds beyond the edge.
     #[inline]
     pub fn at(&self, place: DVec2) -> f32 {
-        let x = (((place.x - self.origin.x) / self.spacing.x) as f32).clamp(0.0, (self.width - 1) as f32);
-        let y = (((place.y - self.origin.y) / self.spacing.y) as f32).clamp(0.0, (self.height - 1) as f32);
+        let x = (((place.x - self.origin.x) * self.per_mm.x) as f32).clamp(0.0, (self.width - 1) as f32);
+        let y = (((place.y - self.origin.y) * self.per_mm.y) as f32).clamp(0.0, (self.height - 1) as f32);
         let (column, row) = (x as usize, y as usize);
         let (u, v) = (x - column as f32, y - row as f32);
         let right = usize::from(column + 1 < self.width);
@@ -180,5 +198,33 @@ impl FieldSlice {
         let upper = grey[corner] + u * (grey[corner + right] - grey[corner]);
         let lower = grey[corner + below] + u * (grey[corner + below + right] - grey[corner + below]);
         upper + v * (lower - upper)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ImageSlice;
+
+    fn field(grey: impl Fn(usize) -> f32) -> Field {
+        let slice = |z: u32| {
+            let grey = (0..64).map(|pixel| grey(pixel + z as usize)).collect();
+            ImageSlice {
+                z_mm: f64::from(z),
+                image: Image::new([8, 8], [1.5; 2], [0.0; 2], grey).expect("an image"),
+            }
+        };
+        Field::of(&Stack::new((0..3).map(slice).collect()).expect("a stack"))
+    }
+
+    #[test]
+    fn gain_and_dynamic_range_do_not_matter() {
+        let shade = |pixel: usize| 0.2 + 0.1 * (pixel as f32 * 0.7).sin();
+        let (one, brighter) = (field(shade), field(|pixel| 2.0 * shade(pixel)));
+        let wider = field(|pixel| 4.0 * shade(pixel).powf(1.5));
+        for (index, value) in one.slices[0].log.iter().enumerate() {
+            assert!((value - brighter.slices[0].log[index]).abs() < 1e-4);
+            assert!((value - wider.slices[0].log[index]).abs() < 0.25);
+        }
     }
 }

@@ -9,7 +9,7 @@ use crate::landmarks::{LANDMARKS, landmarks};
 use crate::principal::Modes;
 use crate::section::moments;
 
-/// Levels of the model, evenly from the lowest slice to the highest.
+/// Levels of the model, evenly from one end to the other.
 pub const LEVELS: usize = 11;
 /// Heights at which a gland is compared with images: about as many as a stack of thin slices shows of it.
 const HEIGHTS: usize = 20;
@@ -25,15 +25,30 @@ pub struct Gland {
     pub levels: Vec<Vec<DVec2>>,
 }
 
+/// A landmark on the surface of a gland.
+pub(crate) struct SurfacePoint {
+    pub place: DVec3,
+    /// Outwards, of length 1.
+    pub normal: DVec3,
+    /// In proportion to the area that it stands for.
+    pub area: f64,
+}
+
 impl Gland {
-    /// From outlines by rising height, mm; none where fewer than three have an area.
+    /// From outlines by rising height, mm; none where fewer than three have an area. A gland ends somewhere between the last
+    /// slice that shows it and the next, so half the distance of two slices is added at both ends.
     pub fn of_outlines(outlines: &[(f64, Vec<DVec2>)]) -> Option<Gland> {
         let marked: Vec<(f64, Vec<DVec2>)> = outlines
             .iter()
             .filter_map(|(z, outline)| Some((*z, landmarks(outline)?)))
             .collect();
-        let ends = [marked.first()?.0, marked.last()?.0];
-        if marked.len() < 3 || ends[1] <= ends[0] {
+        let height = |index: usize| marked[index].0;
+        let last = marked.len().checked_sub(1).filter(|last| *last >= 2)?;
+        let ends = [
+            height(0) - 0.5 * (height(1) - height(0)),
+            height(last) + 0.5 * (height(last) - height(last - 1)),
+        ];
+        if ends[1] <= ends[0] {
             return None;
         }
         let levels = (0..LEVELS).map(|level| {
@@ -56,9 +71,8 @@ impl Gland {
         (z - self.ends[0]) / (self.ends[1] - self.ends[0])
     }
 
-    /// Where the gland is compared with images: at [`HEIGHTS`] heights, given as shares of the whole, its landmarks and the
-    /// outward normals of its surface there.
-    pub(crate) fn surface(&self) -> impl Iterator<Item = (f64, Vec<(DVec3, DVec3)>)> + '_ {
+    /// Where the gland is compared with images: at [`HEIGHTS`] heights, given as shares of the whole, its landmarks there.
+    pub(crate) fn surface(&self) -> impl Iterator<Item = (f64, Vec<SurfacePoint>)> + '_ {
         let height = self.ends[1] - self.ends[0];
         (0..HEIGHTS).map(move |index| {
             let share = (index as f64 + 0.5) / HEIGHTS as f64;
@@ -70,8 +84,12 @@ impl Gland {
             let places = (0..LANDMARKS).map(|landmark| {
                 let around = here[(landmark + 1) % LANDMARKS] - here[(landmark + LANDMARKS - 1) % LANDMARKS];
                 let up = (above[landmark] - below[landmark]).extend(rise);
-                let normal = around.extend(0.0).cross(up).normalize_or_zero();
-                (here[landmark].extend(z), normal)
+                let area = around.extend(0.0).cross(up);
+                SurfacePoint {
+                    place: here[landmark].extend(z),
+                    normal: area.normalize_or_zero(),
+                    area: area.length(),
+                }
             });
             (share, places.collect())
         })
@@ -193,5 +211,25 @@ impl GlandModel {
             .collect();
         weights.extend(self.shape.weights_of(&gland.vector(middle, size)));
         weights
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gland_ends_half_a_slice_beyond_its_outlines_and_its_surface_counts_by_area() {
+        let circle = |radius: f64| -> Vec<DVec2> {
+            let corners = (0..90).map(|corner| DVec2::from_angle(std::f64::consts::TAU * f64::from(corner) / 90.0));
+            corners.map(|corner| radius * corner).collect()
+        };
+        let outlines = [(0.0, circle(10.0)), (4.0, circle(20.0)), (10.0, circle(20.0))];
+        let gland = Gland::of_outlines(&outlines).expect("a gland");
+        assert_eq!(gland.ends, [-2.0, 13.0]);
+        assert!(gland.section(12.9).is_some() && gland.section(13.1).is_none());
+        let area = |(_, points): &(f64, Vec<SurfacePoint>)| points.iter().map(|point| point.area).sum::<f64>();
+        let areas: Vec<f64> = gland.surface().map(|level| area(&level)).collect();
+        assert!((areas[0] / areas[HEIGHTS - 1] - 0.5).abs() < 0.02, "{areas:?}");
     }
 }

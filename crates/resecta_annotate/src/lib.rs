@@ -13,6 +13,7 @@
 //! | the point distribution models of the whole gland and of one section | `gland.rs`, `section.rs` |
 //! | what the grey values about a boundary look like | `field.rs`, `discriminant.rs`, `appearance.rs` |
 //! | the genetic algorithm, and what it is compared with | `search/` |
+//! | the search for the whole gland | `gland_search.rs` |
 //! | training, and the file of a trained model | `model.rs`, `train.rs`, `model_file.rs` |
 //! | annotating a stack or a slice, confidence, the case made of it | `annotate.rs`, `confidence.rs`, `outlined_case.rs` |
 //! | mending outlines by hand, with undo | `outlines.rs` |
@@ -26,6 +27,7 @@ mod discriminant;
 mod error;
 mod field;
 mod gland;
+mod gland_search;
 mod image;
 pub mod landmarks;
 mod model;
@@ -47,6 +49,7 @@ pub use appearance::{Appearance, Zone};
 pub use confidence::{Confidence, POOR_FIT_MM};
 pub use error::ImageError;
 pub use gland::{Gland, GlandModel};
+pub use gland_search::GlandSearch;
 pub use image::{Image, MAX_PIXELS_PER_AXIS, PIXEL_SPACING_MM};
 pub use model::Model;
 pub use model_file::{MODEL_FORMAT, MODEL_VERSION, ModelError};
@@ -55,7 +58,7 @@ pub use read::{
     Geometry, Heights, MAX_COLOURED_PERCENT, MAX_DICOM_BYTES, MAX_PICTURE_BYTES, SIDECAR, StackError,
     TrainingFolderError, Window, read_stack, read_training_cases,
 };
-pub use score::{Figures, Score};
+pub use score::{Figures, Score, SliceScore, overlap_of_parts};
 pub use section::SectionModel;
 pub use sheet::{Colour, Overlay, contact_sheet};
 pub use stack::{ImageSlice, MAX_IMAGES, MAX_STACK_PIXELS, Stack};

@@ -37,24 +37,24 @@ pub struct Model {
 }
 
 impl Model {
-    /// The error of a gland in a stack with this middle: the mean surprise of its landmarks and that of its ends, and how
-    /// unusual its pose and shape are.
+    /// The error of a gland in a stack with this middle: the mean surprise of its surface and that of its ends, and how
+    /// unusual its pose and shape are. The mean is over the area: landmarks crowd at apex and base, where they see the same.
     pub(crate) fn gland_error(&self, field: &Field, weights: &[f64], stack_centre: DVec3) -> f64 {
         let gland = self.gland.at(weights, stack_centre);
-        let (mut sum, mut count) = (0.0, 0.0);
-        for (share, places) in gland.surface() {
+        let (mut sum, mut area) = (0.0, 0.0);
+        for (share, points) in gland.surface() {
             let zone = Zone::at(share);
-            for (landmark, (place, normal)) in places.into_iter().enumerate() {
-                let verdict = self.appearance.judge(field, zone, landmark, place, normal);
-                sum += f64::from(verdict.surprise);
-                count += 1.0;
+            for (landmark, point) in points.into_iter().enumerate() {
+                let verdict = self.appearance.judge(field, zone, landmark, point.place, point.normal);
+                sum += point.area * f64::from(verdict.surprise);
+                area += point.area;
             }
         }
         let ends: f64 = (0..2)
             .map(|end| f64::from(self.appearance.judge_end(field, &gland, end).surprise))
             .sum();
         let unusual: f64 = weights.iter().map(|weight| weight * weight).sum();
-        GLAND_PROFILES * sum / f64::max(count, 1.0) + ends + 0.5 * unusual
+        GLAND_PROFILES * sum / f64::max(area, 1e-9) + ends + 0.5 * unusual
     }
 
     /// The error of an outline in a slice: the mean surprise of its landmarks, and how far it is from what was expected.

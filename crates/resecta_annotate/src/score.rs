@@ -30,8 +30,24 @@ pub struct Score {
     pub flagged: f64,
     /// Correlation over the slices of the error expected and the true one, by ranks.
     pub confidence: f64,
-    /// Dice's coefficient of each slice of the gland, with the height in shares of the whole.
-    pub slices: Vec<(f64, f64)>,
+    /// The slices of the gland drawn, by rising height.
+    pub slices: Vec<SliceScore>,
+}
+
+/// How well a slice of the gland drawn was found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SliceScore {
+    /// Height in the drawn gland, whose ends lie half a slice beyond its first and last outline: 0 at the apex to 1 at the base.
+    pub share: f64,
+    /// Dice's coefficient; 0 where nothing was found.
+    pub dice: f64,
+    /// Mean distance between what was drawn and what was found, mm; none where nothing was.
+    pub distance_mm: Option<f64>,
+    /// The mean distance that was expected, mm.
+    pub expected_mm: Option<f64>,
+    /// Whether what was found was flagged.
+    pub flagged: bool,
 }
 
 /// Scores of models trained without the case.
@@ -60,37 +76,97 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     }
 }
 
+/// Overlap of drawn outlines with found ones, by the height in the drawn gland: lowest sixth, middle two thirds, highest
+/// sixth, and everything that was found beyond its ends. Heights are those of the images.
+pub fn overlap_of_parts(heights: &[f64], drawn: &[(f64, Vec<DVec2>)], found: &[(f64, Vec<DVec2>)]) -> [Overlap; 4] {
+    let mut parts = [Overlap::default(); 4];
+    for slice in Pair::all(heights, drawn, found) {
+        let part = slice.part();
+        parts[part] += Overlap::of(slice.drawn, slice.found);
+    }
+    parts
+}
+
+/// The part of a gland between apex and base, of those of [`overlap_of_parts`].
+const MIDDLE: usize = 1;
+
+/// What is drawn and what was found in one image; nothing is empty.
+struct Pair<'a> {
+    drawn: &'a [DVec2],
+    found: &'a [DVec2],
+    /// Height in the drawn gland, whose ends lie half a slice beyond its first and last outline.
+    share: f64,
+    /// The outline found, by place.
+    index: Option<usize>,
+}
+
+impl<'a> Pair<'a> {
+    fn all(
+        heights: &'a [f64],
+        drawn: &'a [(f64, Vec<DVec2>)],
+        found: &'a [(f64, Vec<DVec2>)],
+    ) -> impl Iterator<Item = Pair<'a>> {
+        let spacing = (heights[heights.len() - 1] - heights[0]) / (heights.len() - 1).max(1) as f64;
+        let ends = [drawn[0].0 - 0.5 * spacing, drawn[drawn.len() - 1].0 + 0.5 * spacing];
+        let at = move |outlines: &'a [(f64, Vec<DVec2>)], z: f64| {
+            outlines
+                .iter()
+                .position(|(height, _)| (height - z).abs() < 0.25 * spacing)
+        };
+        heights.iter().map(move |&z| {
+            let index = at(found, z);
+            Pair {
+                drawn: at(drawn, z).map_or(&[], |index| &drawn[index].1),
+                found: index.map_or(&[], |index| &found[index].1),
+                share: (z - ends[0]) / (ends[1] - ends[0]),
+                index,
+            }
+        })
+    }
+
+    fn part(&self) -> usize {
+        if self.drawn.is_empty() {
+            3
+        } else {
+            usize::from(self.share >= 1.0 / 6.0) + usize::from(self.share > 5.0 / 6.0)
+        }
+    }
+}
+
 /// Scores an annotation of a stack at these heights against outlines drawn on it.
 pub(crate) fn score(case: &str, heights: &[f64], truth: &[(f64, Vec<DVec2>)], found: &Annotation) -> Score {
-    let spacing = (heights[heights.len() - 1] - heights[0]) / (heights.len() - 1).max(1) as f64;
-    let ends = [truth[0].0 - 0.5 * spacing, truth[truth.len() - 1].0 + 0.5 * spacing];
-    let near = |one: f64, other: f64| (one - other).abs() < 0.25 * spacing;
-    let (mut whole, mut thirds) = (Overlap::default(), [Overlap::default(); 3]);
+    let outlines: Vec<(f64, Vec<DVec2>)> = found
+        .slices
+        .iter()
+        .map(|slice| (slice.z_mm, slice.capsule.clone()))
+        .collect();
+    let mut parts = [Overlap::default(); 4];
     let (mut distances, mut slices, mut expected, mut true_mm) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for &z in heights {
-        let drawn = truth
-            .iter()
-            .find(|(height, _)| near(*height, z))
-            .map_or(&[][..], |(_, outline)| outline);
-        let slice = found.slices.iter().find(|slice| near(slice.z_mm, z));
-        let outline = slice.map_or(&[][..], |slice| &slice.capsule);
-        let overlap = Overlap::of(drawn, outline);
-        whole += overlap;
-        let share = (z - ends[0]) / (ends[1] - ends[0]);
-        if !drawn.is_empty() && (0.0..=1.0).contains(&share) {
-            let third = usize::from(share >= 1.0 / 6.0) + usize::from(share > 5.0 / 6.0);
-            thirds[third] += overlap;
-            slices.push((share, overlap.dice()));
+    for pair in Pair::all(heights, truth, &outlines) {
+        let (part, overlap) = (pair.part(), Overlap::of(pair.drawn, pair.found));
+        parts[part] += overlap;
+        if pair.drawn.is_empty() {
+            continue;
         }
-        if let (false, Some(slice)) = (drawn.is_empty(), slice) {
-            let distance = mean_distance_mm(drawn, outline);
-            if (1.0 / 6.0..=5.0 / 6.0).contains(&share) {
+        let slice = pair.index.map(|index| &found.slices[index]);
+        let distance_mm = slice.map(|_| mean_distance_mm(pair.drawn, pair.found));
+        if let (Some(slice), Some(distance)) = (slice, distance_mm) {
+            if part == MIDDLE {
                 distances.push(distance);
             }
             expected.push(slice.error_mm);
             true_mm.push(distance);
         }
+        slices.push(SliceScore {
+            share: pair.share,
+            dice: overlap.dice(),
+            distance_mm,
+            expected_mm: slice.map(|slice| slice.error_mm),
+            flagged: slice.is_some_and(|slice| !slice.flags.is_empty()),
+        });
     }
+    let mut whole = Overlap::default();
+    parts.iter().for_each(|part| whole += *part);
     let volume = |areas: Vec<(f64, f64)>| volume_ml(areas.into_iter());
     let true_ml = volume(
         truth
@@ -101,9 +177,9 @@ pub(crate) fn score(case: &str, heights: &[f64], truth: &[(f64, Vec<DVec2>)], fo
     Score {
         case: case.to_owned(),
         dice: whole.dice(),
-        dice_middle: thirds[1].dice(),
-        dice_apex: thirds[0].dice(),
-        dice_base: thirds[2].dice(),
+        dice_middle: parts[MIDDLE].dice(),
+        dice_apex: parts[0].dice(),
+        dice_base: parts[2].dice(),
         distance_middle_mm: distances.iter().sum::<f64>() / distances.len().max(1) as f64,
         volume_error: found.volume_ml() / true_ml - 1.0,
         flagged: found.slices.iter().filter(|slice| !slice.flags.is_empty()).count() as f64

@@ -3,12 +3,13 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::annotate::{annotate_found, search_gland};
+use crate::annotate::annotate_found;
 use crate::appearance::Appearance;
 use crate::compare::mean_distance_mm;
 use crate::confidence::{Confidence, Evidence};
 use crate::field::Field;
 use crate::gland::{Gland, GlandModel};
+use crate::gland_search::GlandSearch;
 use crate::score::{Figures, Score, score};
 use crate::search::Found;
 use crate::section::SectionModel;
@@ -82,11 +83,11 @@ impl Model {
                     .map(|(_, case)| case)
                     .collect();
                 let mut model = learn(&others);
-                let field = &ready[left_out][0].0;
-                let found = search_gland(&model, field, seed);
-                let whole = HeldOut::of(&cases[left_out], field, &model, &found, seed);
+                let search = GlandSearch::new(&cases[left_out].stack, &model);
+                let (found, field) = (search.run(seed), search.field);
+                let whole = HeldOut::of(&cases[left_out], &field, &model, &found, seed);
                 model.adjusts_slices = true;
-                let adjusted = HeldOut::of(&cases[left_out], field, &model, &found, seed);
+                let adjusted = HeldOut::of(&cases[left_out], &field, &model, &found, seed);
                 let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
                 progress(done, cases.len());
                 Some([whole?, adjusted?])
@@ -107,6 +108,20 @@ impl Model {
             .map(|index| held_out[index].score(&held_out, index))
             .collect();
         Ok(model)
+    }
+
+    /// Learns from cases as [`Model::train`] does, without measuring anything: the model has no figures, adjusts no slices
+    /// one by one, and its confidence is not calibrated.
+    ///
+    /// # Errors
+    ///
+    /// Every [`TrainError`].
+    pub fn learn(cases: &[TrainingCase]) -> Result<Model, TrainError> {
+        if cases.len() < LEAST_CASES - 1 {
+            return Err(TrainError::TooFew { found: cases.len() });
+        }
+        let ready = cases.iter().map(prepare).collect::<Result<Vec<Ready>, TrainError>>()?;
+        Ok(learn(&ready.iter().collect::<Vec<_>>()))
     }
 }
 

@@ -16,6 +16,12 @@ pub struct GeneticOptions {
     pub patience: usize,
     /// Spread of the first generation about the starts, and of early mutations, in standard deviations.
     pub spread: f64,
+    /// The best that pass unchanged.
+    pub elite: usize,
+    /// How far beyond its parents a child may lie, as a share of their distance (blend crossover).
+    pub blend: f64,
+    /// Chance that a weight mutates.
+    pub mutation: f64,
 }
 
 impl Default for GeneticOptions {
@@ -25,18 +31,15 @@ impl Default for GeneticOptions {
             evaluations: 2400,
             patience: 25,
             spread: 0.8,
+            elite: 2,
+            blend: 0.3,
+            mutation: 0.15,
         }
     }
 }
 
 /// Individuals that a tournament for parenthood is held among.
 const TOURNAMENT: usize = 3;
-/// The best that pass unchanged.
-const ELITE: usize = 2;
-/// How far beyond its parents a child may lie, as a share of their distance (blend crossover).
-const BLEND: f64 = 0.3;
-/// Chance that a weight mutates; at least one weight of a child does, on average.
-const MUTATION: f64 = 0.15;
 /// How the spread of mutations shrinks a generation.
 const COOLING: f64 = 0.965;
 
@@ -76,9 +79,12 @@ pub fn genetic(
     while idle < options.patience && found.evaluations < options.evaluations {
         // A stable sort: equals keep the order in which they were born.
         generation.sort_by(|one, other| one.0.total_cmp(&other.0));
-        let room = (options.population - ELITE).min(options.evaluations - found.evaluations);
-        let children = (0..room).map(|_| child(&generation, spread, &mut random)).collect();
-        generation.truncate(ELITE);
+        let room =
+            (options.population.saturating_sub(options.elite).max(1)).min(options.evaluations - found.evaluations);
+        let children = (0..room)
+            .map(|_| child(&generation, options, spread, &mut random))
+            .collect();
+        generation.truncate(options.elite);
         let before = found.error;
         for (error, weights) in judge(children) {
             found.offer(&weights, error);
@@ -90,7 +96,7 @@ pub fn genetic(
     found
 }
 
-fn child(generation: &[(f64, Vec<f64>)], spread: f64, random: &mut SplitMix64) -> Vec<f64> {
+fn child(generation: &[(f64, Vec<f64>)], options: &GeneticOptions, spread: f64, random: &mut SplitMix64) -> Vec<f64> {
     let mut parent = || {
         // The generation is sorted: the smallest index is the best.
         let drawn = (0..TOURNAMENT).map(|_| (random.unit() * generation.len() as f64) as usize);
@@ -101,9 +107,9 @@ fn child(generation: &[(f64, Vec<f64>)], spread: f64, random: &mut SplitMix64) -
         .iter()
         .zip(father)
         .map(|(one, other)| {
-            let share = random.between([-BLEND, 1.0 + BLEND]);
+            let share = random.between([-options.blend, 1.0 + options.blend]);
             let mut weight = one + share * (other - one);
-            if random.unit() < MUTATION {
+            if random.unit() < options.mutation {
                 weight += spread * gaussian(random);
             }
             limit(weight)

@@ -46,6 +46,27 @@ impl Found {
     }
 }
 
+/// The genetic algorithm, then a compass search from what it found.
+pub fn genetic_then_local(
+    starts: &[Vec<f64>],
+    options: &GeneticOptions,
+    refinement: usize,
+    seed: u64,
+    error: impl Fn(&[f64]) -> f64 + Sync,
+) -> Found {
+    let mut found = genetic(starts, options, seed, &error);
+    if refinement > 0 {
+        let refined = local(&found.weights, refinement, &error);
+        let later = refined.history[1..].iter();
+        found
+            .history
+            .extend(later.map(|(evaluations, error)| (found.evaluations + evaluations, *error)));
+        found.evaluations += refined.evaluations;
+        (found.weights, found.error) = (refined.weights, refined.error);
+    }
+    found
+}
+
 fn limit(weight: f64) -> f64 {
     weight.clamp(-WEIGHT_LIMIT, WEIGHT_LIMIT)
 }
