@@ -55,7 +55,7 @@ impl Chart<'_> {
             .y_label_area_size(76)
             .build_cartesian_2d(self.across.clone(), up)?;
         let label = |value: &f64| match self.logarithmic {
-            true => format!("{:.2}", 10_f64.powf(*value)),
+            true => two_figures(10_f64.powf(*value)),
             false => format!("{value:.1}"),
         };
         chart
@@ -88,6 +88,15 @@ impl Chart<'_> {
         }
         area.present()?;
         Ok(())
+    }
+}
+
+/// A number above 0 as it is read off an axis.
+fn two_figures(value: f64) -> String {
+    match value {
+        value if value >= 9.95 => format!("{value:.0}"),
+        value if value >= 0.995 => format!("{value:.1}"),
+        value => format!("{value:.2}"),
     }
 }
 
