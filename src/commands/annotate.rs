@@ -93,6 +93,7 @@ impl Annotate {
         files::write(&sheet, contact_sheet(&stack, &overlays(&stack, &annotation), COLUMNS))?;
         case.save(&self.out)?;
         print_table(&annotation, &case);
+        println!("model               {}", model.attribution);
         println!("written to {} and {}", self.out.display(), sheet.display());
         Ok(())
     }

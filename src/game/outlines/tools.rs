@@ -57,6 +57,7 @@ pub fn show_all(
             if let Some(told) = told {
                 tell(ui, told);
             }
+            ui.label(RichText::new(&open.model.attribution).size(12.0).color(palette::WEAK));
         });
     });
     if !is_writing && is_free {
