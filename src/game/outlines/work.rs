@@ -9,8 +9,13 @@ use std::{
 };
 
 use bevy::tasks::{AsyncComputeTaskPool, Task, block_on, poll_once};
-use resecta_anatomy::Case;
-use resecta_annotate::{Geometry, Model, Outline, Outlines, Stack, SyntheticOptions, annotate, read_stack, synthesize};
+use resecta_anatomy::{
+    Case,
+    generate::{GlandSpec, generate},
+};
+use resecta_annotate::{
+    Geometry, Model, Outline, Outlines, Stack, SyntheticOptions, TrainingCase, annotate, read_stack, synthesize,
+};
 
 use crate::assets;
 
@@ -21,7 +26,17 @@ const EXAMPLE_SEED: u64 = 7;
 /// The shipped case whose ultrasound the example is.
 const EXAMPLE: &str = "cases/medium.case.ron";
 /// Distance between the pixels of the example, mm.
-const EXAMPLE_SPACING_MM: f64 = 0.5;
+const EXAMPLE_SPACING_MM: f64 = 0.6;
+/// The generated glands whose synthetic ultrasound the example's model learns from, volume in ml and median lobe in mm: a
+/// model of real images knows nothing of synthetic ones.
+const LEARNED_FROM: [(f64, f64); 6] = [
+    (35.0, 0.0),
+    (45.0, 4.0),
+    (52.0, 8.0),
+    (60.0, 0.0),
+    (68.0, 6.0),
+    (80.0, 10.0),
+];
 
 /// Where images come from.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,7 +109,7 @@ impl Work {
         let (stack, model, outlines) = (stack.clone(), model.clone(), outlines.clone());
         let task = AsyncComputeTaskPool::get().spawn(async move {
             let found = outlines.search(image, &stack, &model, SEED);
-            found.map_err(|error| error.to_string())
+            found.map_err(in_words)
         });
         Self::Searching { image, task }
     }
@@ -116,8 +131,8 @@ impl Work {
             Self::Opening { progress, .. } => {
                 let [done, of] = [0, 1].map(|index| progress[index].load(Ordering::Relaxed));
                 match of {
-                    0 => ("Reading the images and looking for the gland ...", None),
-                    _ => ("Looking at slice after slice ...", Some(done as f32 / of as f32)),
+                    0 => ("Preparing the images ...", None),
+                    _ => ("Looking for the gland ...", Some(done as f32 / of as f32)),
                 }
             }
             Self::Searching { .. } => ("Searching this image ...", None),
@@ -128,22 +143,24 @@ impl Work {
 fn open(images: Images, progress: &[AtomicUsize; 2]) -> Result<Opened, String> {
     let (stack, name, case, model) = match images {
         Images::Files(files) => {
-            let stack = read_stack(&files.path, &files.geometry).map_err(|error| error.to_string())?;
-            (stack, name_of(&files.path), files.case, files.model)
+            let stack = read_stack(&files.path, &files.geometry).map_err(in_words)?;
+            let model = match files.model {
+                Some(file) => file,
+                None => assets::find().map_err(in_words)?.join(assets::PROSTATE_MODEL),
+            };
+            let model = Model::load(&model).map_err(in_words)?;
+            (stack, name_of(&files.path), files.case, model)
         }
-        Images::Example => (example()?, "example".to_owned(), None, None),
-    };
-    let model = match model {
-        Some(file) => file,
-        None => {
-            let assets = assets::find().map_err(|error| error.to_string())?;
-            assets.join(assets::PROSTATE_MODEL)
+        Images::Example => {
+            let case = assets::find().map_err(in_words)?.join(EXAMPLE);
+            let case = Case::load(&case).map_err(in_words)?;
+            let stack = synthetic(&case, EXAMPLE_SEED)?;
+            (stack, "example".to_owned(), None, synthetic_model(progress)?)
         }
     };
-    let model = Model::load(&model).map_err(|error| error.to_string())?;
     let (outlines, note) = match case {
         Some(file) => {
-            let case = Case::load(&file).map_err(|error| error.to_string())?;
+            let case = Case::load(&file).map_err(in_words)?;
             let (outlines, left_out) = Outlines::of_case(&stack, &case);
             let note = format!(
                 "{left_out} outlines of {} lie at no image and are left out",
@@ -172,14 +189,41 @@ fn open(images: Images, progress: &[AtomicUsize; 2]) -> Result<Opened, String> {
     })
 }
 
-fn example() -> Result<Stack, String> {
-    let assets = assets::find().map_err(|error| error.to_string())?;
-    let case = Case::load(&assets.join(EXAMPLE)).map_err(|error| error.to_string())?;
+fn synthetic(case: &Case, seed: u64) -> Result<Stack, String> {
     let options = SyntheticOptions {
         spacing_mm: EXAMPLE_SPACING_MM,
-        ..SyntheticOptions::LIGHT
+        ..SyntheticOptions::MODERATE
     };
-    synthesize(&case, &options, EXAMPLE_SEED).map_err(|error| error.to_string())
+    synthesize(case, &options, seed).map_err(in_words)
+}
+
+/// A model of synthetic ultrasound.
+fn synthetic_model(progress: &[AtomicUsize; 2]) -> Result<Model, String> {
+    let learned_from = |(index, (volume_ml, median_lobe_mm)): (usize, (f64, f64))| {
+        let spec = GlandSpec {
+            volume_ml,
+            median_lobe_mm,
+            seed: 1 + index as u64,
+        };
+        let case = generate(&spec).map_err(in_words)?;
+        Ok(TrainingCase {
+            name: format!("{volume_ml} ml"),
+            stack: synthetic(&case, spec.seed)?,
+            outlines: case.slices.into_iter().map(|slice| (slice.z, slice.capsule)).collect(),
+        })
+    };
+    let cases = LEARNED_FROM.into_iter().enumerate().map(learned_from);
+    let cases = cases.collect::<Result<Vec<_>, String>>()?;
+    let attribution = "Learned from synthetic ultrasound of generated glands";
+    Model::train(&cases, attribution, SEED, |done, of| {
+        progress[0].store(done, Ordering::Relaxed);
+        progress[1].store(of, Ordering::Relaxed);
+    })
+    .map_err(in_words)
+}
+
+fn in_words(error: impl std::fmt::Display) -> String {
+    error.to_string()
 }
 
 /// The images' name up to its first dot.
