@@ -10,7 +10,13 @@ use resecta::{
     assets,
 };
 
-use super::{Failure, case_path, files, images::ImageGeometry, import::numbers, mesh, run::progress_bar};
+use super::{
+    Failure, case_path, files,
+    images::ImageGeometry,
+    import::{SaidOfCase, numbers},
+    mesh,
+    run::progress_bar,
+};
 
 /// Find the prostate in ultrasound images and make a case of it
 ///
@@ -38,15 +44,8 @@ pub struct Annotate {
     /// Start of the search's chance
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Name of the case [default: the images' name]
-    #[arg(long)]
-    name: Option<String>,
-    /// Who took the images, and how
-    #[arg(long)]
-    source: Option<String>,
-    /// Licence of the data, an SPDX expression where there is one
-    #[arg(long)]
-    licence: Option<String>,
+    #[command(flatten)]
+    said: SaidOfCase,
 }
 
 /// Outlines as good as any, and those to be looked at.
@@ -78,18 +77,15 @@ impl Annotate {
         let file_name = file_name(&self.images);
         let stem = file_name.split('.').next().unwrap_or_default();
         let source = CaseSource {
-            description: self
-                .source
-                .unwrap_or_else(|| format!("outlined in the images {file_name} by a model of the prostate")),
-            licence: self.licence.unwrap_or_else(|| "unknown".into()),
+            description: format!("outlined in the images {file_name} by a model of the prostate"),
+            licence: "unknown".into(),
         };
-        let name = self.name.unwrap_or_else(|| stem.to_owned());
-        let case = annotation
-            .to_case(&stack, &name, source, &self.urethra)
-            .map_err(|source| Failure::AnnotatedCase {
-                images: self.images.clone(),
-                source,
-            })?;
+        let case = annotation.to_case(&stack, stem, source, &self.urethra);
+        let mut case = case.map_err(|source| Failure::AnnotatedCase {
+            images: self.images.clone(),
+            source,
+        })?;
+        self.said.say(&mut case);
         files::write(&sheet, contact_sheet(&stack, &overlays(&stack, &annotation), COLUMNS))?;
         case.save(&self.out)?;
         print_table(&annotation, &case);

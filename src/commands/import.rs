@@ -3,7 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use resecta::anatomy::import::{Axes, MaskOptions, import};
+use resecta::anatomy::{
+    Case,
+    import::{Axes, MaskOptions, import},
+};
 
 use super::{Failure, case_path, mesh};
 
@@ -15,15 +18,8 @@ pub struct Import {
     /// Case file to write, *.case.ron; an existing one is replaced
     #[arg(long, value_parser = case_path)]
     out: PathBuf,
-    /// Name of the case [default: the input's name]
-    #[arg(long)]
-    name: Option<String>,
-    /// Who measured the data, and how
-    #[arg(long)]
-    source: Option<String>,
-    /// Licence of the data, an SPDX expression where there is one
-    #[arg(long)]
-    licence: Option<String>,
+    #[command(flatten)]
+    said: SaidOfCase,
     /// Masks: voxel spacing in mm, one number or three along the volume's axes (0.8,0.8,3) [default: the header's]
     #[arg(long, value_parser = spacing)]
     spacing: Option<[f64; 3]>,
@@ -36,6 +32,36 @@ pub struct Import {
     /// Masks: channels that mark where the urethra leaves the apex and enters the base, for example 1,2
     #[arg(long, value_parser = channels, value_name = "APEX,BASE")]
     urethra_channels: Option<[usize; 2]>,
+}
+
+/// What a caller says of a case beside its contours.
+#[derive(Args)]
+pub(super) struct SaidOfCase {
+    /// Name of the case [default: the input's name]
+    #[arg(long)]
+    name: Option<String>,
+    /// Who measured the data, and how
+    #[arg(long)]
+    source: Option<String>,
+    /// Licence of the data, an SPDX expression where there is one
+    #[arg(long)]
+    licence: Option<String>,
+}
+
+impl SaidOfCase {
+    /// Puts it in the place of what the case says.
+    pub(super) fn say(self, case: &mut Case) {
+        let said = [
+            (&mut case.name, self.name),
+            (&mut case.source.description, self.source),
+            (&mut case.source.licence, self.licence),
+        ];
+        for (field, said) in said {
+            if let Some(said) = said {
+                *field = said;
+            }
+        }
+    }
 }
 
 impl Import {
@@ -61,9 +87,7 @@ impl Import {
             axes: self.axes.unwrap_or_default(),
         };
         let mut case = import(&self.input, &options)?;
-        case.name = self.name.unwrap_or(case.name);
-        case.source.description = self.source.unwrap_or(case.source.description);
-        case.source.licence = self.licence.unwrap_or(case.source.licence);
+        self.said.say(&mut case);
         case.save(&self.out)?;
         println!("{}: {} slices", case.name, case.slices.len());
         mesh::print_approximations(&case);
