@@ -225,8 +225,15 @@ fn pictures_that_are_no_ultrasound_are_told_by_name() {
 
     let none = folder(&[], sidecar);
     assert!(matches!(read(&none), Err(StackError::NoPictures { .. })));
-    let error = read_stack(Path::new("nowhere.mha"), &Geometry::default()).unwrap_err();
+    let other = none.path().join("other.mha");
+    fs::write(&other, "no kind of image that is read").unwrap();
+    let error = read_stack(&other, &Geometry::default()).unwrap_err();
     assert!(matches!(error, StackError::Kind { .. }), "{error}");
+    let error = read_stack(Path::new("nowhere.mha"), &Geometry::default()).unwrap_err();
+    assert!(
+        matches!(error, StackError::File(_)) && error.to_string().contains("nowhere.mha"),
+        "{error}"
+    );
 }
 
 /// A volume of `size` voxels, 0.4 mm as its header has it, each voxel its index in the file.
