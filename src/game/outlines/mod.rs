@@ -21,8 +21,8 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, RichText, Ui},
 };
+use resecta_anatomy::CaseSource;
 use resecta_annotate::{Model, Outlines, Stack};
-use resecta_scenario::CASE_SUFFIX;
 
 use self::{
     gland::Turn,
@@ -71,10 +71,19 @@ struct Open {
     name: String,
     /// Where the case goes.
     file: String,
+    /// What the case says of where it comes from.
+    source: CaseSource,
     /// Whether something changed since it was saved.
     is_unsaved: bool,
     /// Whether leaving without saving was asked for once.
     is_leaving: bool,
+}
+
+impl Open {
+    /// Whether somebody's work would be lost.
+    fn is_mended(&self) -> bool {
+        self.is_unsaved && self.outlines.changes() > 0
+    }
 }
 
 /// Something to be told, and whether it is bad.
@@ -113,10 +122,12 @@ impl Editor {
             model,
             outlines,
             name,
+            file,
+            source,
             note,
         } = opened;
-        let is_mine = outlines.outlined().count();
-        let middle = outlines.outlined().nth(is_mine / 2).map(|(image, _)| image);
+        let count = outlines.outlined().count();
+        let middle = outlines.outlined().nth(count / 2).map(|(image, _)| image);
         let image = middle.unwrap_or(stack.slices().len() / 2);
         self.told = note.map(|words| Told { words, is_bad: true });
         self.open = Some(Open {
@@ -126,8 +137,9 @@ impl Editor {
             image,
             shown: Shown::default(),
             turn: Turn::default(),
-            file: format!("{name}{CASE_SUFFIX}"),
             name,
+            file,
+            source,
             is_unsaved: true,
             is_leaving: false,
         });
@@ -141,7 +153,13 @@ fn take_dropped(mut dropped: MessageReader<FileDragAndDrop>, flow: Res<GameFlow>
             && flow.phase == Phase::Outlines
             && editor.work.is_none()
         {
-            editor.begin(of_path(path_buf.clone()));
+            match editor.open.as_ref().is_some_and(Open::is_mended) {
+                true => editor.tell(
+                    "Other images would put these away: save them, or close them first",
+                    true,
+                ),
+                false => editor.begin(of_path(path_buf.clone())),
+            }
         }
     }
 }
@@ -199,8 +217,7 @@ fn show(
         if editor.work.is_none() && editor.open.is_none() {
             is_writing = door(ui, editor, focus.lead);
         } else if let Some(open) = &mut editor.open {
-            let has_begun = tools::show_all(ui, open, &mut editor.work, &mut editor.told, &mut flow);
-            is_writing = has_begun;
+            is_writing = tools::show_all(ui, open, &mut editor.work, &mut editor.told, &mut flow);
         }
         if let Some(work) = &editor.work {
             let (words, share) = work.told();
@@ -220,7 +237,7 @@ fn leave(ui: &mut Ui, editor: &mut Editor, flow: &mut GameFlow) {
         false => "Other images",
     };
     if editor.work.is_none() && menu::button(ui, words, false).clicked() {
-        if open.is_unsaved && !open.is_leaving {
+        if open.is_mended() && !open.is_leaving {
             open.is_leaving = true;
         } else {
             editor.open = None;

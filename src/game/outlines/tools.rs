@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use bevy_egui::egui::{self, Key, RichText, Ui};
-use resecta_anatomy::{Case, CaseSource};
+use resecta_anatomy::Case;
 use resecta_annotate::{Flag, Origin};
 use resecta_scenario::{CASE_SUFFIX, Library};
 
@@ -287,11 +287,9 @@ fn write(open: &mut Open) -> Result<std::path::PathBuf, String> {
             "file: is \"{file}\", expected a name that ends in {CASE_SUFFIX}"
         ));
     }
-    let source = CaseSource {
-        description: "outlined in ultrasound images with a model of the prostate".into(),
-        licence: "unknown".into(),
-    };
-    let case = open.outlines.to_case(&open.stack, open.name.trim(), source);
+    let case = open
+        .outlines
+        .to_case(&open.stack, open.name.trim(), open.source.clone());
     let case: Case = case.map_err(|rule| rule.to_string())?;
     let file = Path::new(file).to_owned();
     case.save(&file).map_err(|error| error.to_string())?;

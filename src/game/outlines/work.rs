@@ -10,12 +10,13 @@ use std::{
 
 use bevy::tasks::{AsyncComputeTaskPool, Task, block_on, poll_once};
 use resecta_anatomy::{
-    Case,
+    Case, CaseSource,
     generate::{GlandSpec, generate},
 };
 use resecta_annotate::{
     Geometry, Model, Outline, Outlines, Stack, SyntheticOptions, TrainingCase, annotate, read_stack, synthesize,
 };
+use resecta_scenario::CASE_SUFFIX;
 
 use crate::assets;
 
@@ -65,8 +66,12 @@ pub struct Opened {
     pub stack: Arc<Stack>,
     pub model: Arc<Model>,
     pub outlines: Outlines,
-    /// Name for the case: that of the images.
+    /// Name for the case: its own, or that of the images.
     pub name: String,
+    /// Where the case goes: where it came from, or a file of the images' name.
+    pub file: String,
+    /// Who made the images, as far as it is known.
+    pub source: CaseSource,
     /// Something to be told of it.
     pub note: Option<String>,
 }
@@ -158,14 +163,19 @@ fn open(images: Images, progress: &[AtomicUsize; 2]) -> Result<Opened, String> {
             (stack, "example".to_owned(), None, synthetic_model(progress)?)
         }
     };
+    let mut name = name;
+    let mut file = format!("{name}{CASE_SUFFIX}");
+    let mut source = CaseSource {
+        description: format!("outlined in the images {name} with a model of the prostate"),
+        licence: "unknown".into(),
+    };
     let (outlines, note) = match case {
-        Some(file) => {
-            let case = Case::load(&file).map_err(in_words)?;
+        Some(path) => {
+            let case = Case::load(&path).map_err(in_words)?;
+            file = path.display().to_string();
+            (name, source) = (case.name.clone(), case.source.clone());
             let (outlines, left_out) = Outlines::of_case(&stack, &case);
-            let note = format!(
-                "{left_out} outlines of {} lie at no image and are left out",
-                file.display()
-            );
+            let note = format!("{left_out} outlines of {file} lie at no image and are left out");
             (outlines, (left_out > 0).then_some(note))
         }
         None => {
@@ -185,6 +195,8 @@ fn open(images: Images, progress: &[AtomicUsize; 2]) -> Result<Opened, String> {
         model: Arc::new(model),
         outlines,
         name,
+        file,
+        source,
         note,
     })
 }
