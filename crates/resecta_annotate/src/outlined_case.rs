@@ -66,6 +66,26 @@ pub(crate) fn found_rule(image: usize, error_mm: f64, flags: &[Flag]) -> String 
     rule
 }
 
+/// What a note of [`found_rule`] says: error in mm, and flags. None of any other note.
+pub(crate) fn read_found_rule(rule: &str) -> Option<(f64, Vec<Flag>)> {
+    let mut parts = rule.split("; ");
+    parts.next()?.strip_prefix("found in image ")?;
+    let error_mm = parts
+        .next()?
+        .strip_prefix("mean error expected ")?
+        .strip_suffix(" mm")?;
+    let flag = |part: &str| {
+        [Flag::PoorFit, Flag::Unusual]
+            .into_iter()
+            .find(|flag| flag.to_string() == part)
+            .or_else(|| {
+                let share: f64 = part.split(' ').next()?.parse().ok()?;
+                Some(Flag::LeavesImage { share: share / 100.0 })
+            })
+    };
+    Some((error_mm.parse().ok()?, parts.filter_map(flag).collect()))
+}
+
 /// Of places known to lie in the urethra, that of each height: heights within `near` of a place have it.
 pub(crate) fn urethra_at(places: &[DVec3], z_mm: f64, near_mm: f64) -> Option<DVec2> {
     let away = |place: &&DVec3| (place.z - z_mm).abs();

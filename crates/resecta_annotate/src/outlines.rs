@@ -5,7 +5,7 @@ use resecta_anatomy::{Approximation, Case, CaseRuleError, CaseSource, contour};
 
 use crate::annotate::volume_ml;
 use crate::landmarks::{LANDMARKS, landmarks};
-use crate::outlined_case::{CaseSlice, case_of, found_rule};
+use crate::outlined_case::{CaseSlice, case_of, found_rule, read_found_rule};
 use crate::stack::mean_distance_mm;
 use crate::{AnnotateError, AnnotatedSlice, Annotation, Flag, Model, Stack, Zone, annotate_slice};
 
@@ -65,6 +65,18 @@ impl Outline {
             Origin::Drawn => None,
         }
     }
+}
+
+/// An outline of a case as its note tells of it: drawn where there is none, to be looked at where it tells what is not understood.
+fn noted(case: &Case, slice: usize, capsule: Vec<DVec2>) -> Outline {
+    let what = format!("slices[{slice}].capsule");
+    let note = case.approximated.iter().find(|note| note.what == what);
+    let (origin, flags) = match note.map(|note| read_found_rule(&note.rule)) {
+        None => (Origin::Drawn, Vec::new()),
+        Some(Some((error_mm, flags))) => (Origin::Found { error_mm }, flags),
+        Some(None) => (Origin::Drawn, vec![Flag::PoorFit]),
+    };
+    Outline { capsule, origin, flags }
 }
 
 /// The outlines of a stack, one or none an image, and the way back.
@@ -128,11 +140,7 @@ impl Outlines {
                     let is_marked = !case.approximated.iter().any(by_rule);
                     let marked = slice.urethra.as_ref().filter(|_| is_marked);
                     outlines.images[image] = Drawing {
-                        outline: Some(Outline {
-                            capsule,
-                            origin: Origin::Drawn,
-                            flags: Vec::new(),
-                        }),
+                        outline: Some(noted(case, index, capsule)),
                         urethra: marked.map(|urethra| contour::centroid(urethra)),
                     };
                 }
@@ -472,6 +480,14 @@ mod tests {
         let (back, left_out) = Outlines::of_case(&stack(), &case);
         assert_eq!(left_out, 0);
         for (image, outline) in outlines.outlined() {
+            // To a tenth of a millimetre; of a copy only that it is to be looked at.
+            let said = back.of(image).unwrap();
+            let expected = match outline.origin {
+                Origin::Found { .. } => (Origin::Found { error_mm: 1.2 }, 1),
+                Origin::Copied { .. } => (Origin::Drawn, 1),
+                Origin::Drawn => (Origin::Drawn, 0),
+            };
+            assert_eq!((said.origin, said.flags.len()), expected, "{image}");
             let mean = crate::compare::mean_distance_mm(&outline.capsule, &back.of(image).unwrap().capsule);
             assert!(mean < 0.05, "{image}: {mean}");
         }
@@ -520,6 +536,14 @@ mod tests {
         );
         let (back, _) = Outlines::of_case(&stack(), &case);
         assert_eq!((back.urethra(2), back.urethra(1).is_some()), (None, true));
+    }
+
+    #[test]
+    fn notes_are_read_as_they_are_written() {
+        let flags = vec![Flag::LeavesImage { share: 0.25 }, Flag::PoorFit, Flag::Unusual];
+        assert_eq!(read_found_rule(&found_rule(3, 2.5, &flags)), Some((2.5, flags)));
+        assert_eq!(read_found_rule(&found_rule(3, 0.4, &[])), Some((0.4, Vec::new())));
+        assert_eq!(read_found_rule("copied from that of image 2"), None);
     }
 
     #[test]
