@@ -211,13 +211,14 @@ fn what_is_no_ultrasound_is_refused_by_name_and_nothing_is_written() {
     let images = trained.folder.path().join("patient");
     let images = images.to_str().unwrap();
     let before = names(folder);
-    let cases: [(&[&str], &[&str]); 8] = [
+    let cases: [(&[&str], &[&str]); 9] = [
         (&["photo"], &["photo", "colour"]),
         (&["empty"], &["empty"]),
         (&["none"], &["none", "no such file"]),
         (&[images, "--sheet", "nowhere/x.png"], &["nowhere"]),
         (&[images, "--spacing", "80"], &["spacing", "80", "expected"]),
         (&[images, "--depth", "20"], &["depth", "20"]),
+        (&[images, "--urethra", "0,0,900"], &["urethra", "900"]),
         (&[images, "--model", "missing.pdm"], &["missing.pdm"]),
         (&[images, "--model", images], &["patient"]),
     ];

@@ -6,7 +6,7 @@ use bevy::math::DVec3;
 use clap::Args;
 use resecta::{
     anatomy::{Case, CaseSource},
-    annotate::{Annotation, Colour, Flag, Model, Overlay, Stack, annotate, contact_sheet, read_stack},
+    annotate::{Annotation, Colour, Flag, Model, Outlines, Overlay, Stack, annotate, contact_sheet, read_stack},
     assets,
 };
 
@@ -80,7 +80,14 @@ impl Annotate {
             description: format!("outlined in the images {file_name} by a model of the prostate"),
             licence: "unknown".into(),
         };
-        let case = annotation.to_case(&stack, stem, source, &self.urethra);
+        let mut outlines = Outlines::found(&stack, annotation.clone());
+        for &place in &self.urethra {
+            let image = stack.image_at(place.z);
+            if !image.is_some_and(|image| outlines.mark_urethra(image, Some(place.truncate()))) {
+                return Err(Failure::Urethra { place });
+            }
+        }
+        let case = outlines.to_case(&stack, stem, source);
         let mut case = case.map_err(|source| Failure::AnnotatedCase {
             images: self.images.clone(),
             source,

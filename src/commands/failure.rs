@@ -2,6 +2,7 @@
 
 use std::{io, path::PathBuf};
 
+use bevy::math::DVec3;
 use resecta::{
     anatomy::{CaseError, CaseRuleError, LatticeError, generate::GenerateError, import::ImportError},
     annotate::{AnnotateError, ModelError, StackError, TrainError, TrainingFolderError},
@@ -33,6 +34,8 @@ pub enum Failure {
     Annotate { images: PathBuf, source: AnnotateError },
     #[error("{}: the outlines found make no case: {source}", images.display())]
     AnnotatedCase { images: PathBuf, source: CaseRuleError },
+    #[error("urethra: {place} mm lies in no outline that was found")]
+    Urethra { place: DVec3 },
     #[error(transparent)]
     TrainingFolder(#[from] TrainingFolderError),
     #[error("{}: {source}", folder.display())]

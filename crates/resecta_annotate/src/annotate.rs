@@ -6,8 +6,8 @@
 
 use std::fmt;
 
-use glam::{DVec2, DVec3};
-use resecta_anatomy::{Case, CaseRuleError, CaseSource, MIN_SLICES, contour};
+use glam::DVec2;
+use resecta_anatomy::{MIN_SLICES, contour};
 use serde::{Deserialize, Serialize};
 
 use crate::appearance::{Zone, rms_mm};
@@ -16,7 +16,6 @@ use crate::discriminant::Verdict;
 use crate::field::{Field, FieldSlice};
 use crate::gland::{Gland, POSE};
 use crate::gland_search::{GlandSearch, REFINEMENT};
-use crate::outlined_case::{CaseSlice, case_of, found_rule, urethra_at};
 use crate::principal::WEIGHT_LIMIT;
 use crate::search::{Found, GeneticOptions, genetic_then_local};
 use crate::section::SECTION_POSE;
@@ -375,30 +374,6 @@ impl Annotation {
                 search.evidence(&slice.capsule)
             })
             .collect()
-    }
-
-    /// The case: capsules as found, everything else by the rules of [`Case::complete`]. Each slice's expected error and
-    /// flags are noted in [`Case::approximated`], and what was not taken from the image files as it stood. `urethra` are places,
-    /// mm, that it is known to pass; each counts for the slice nearest to it.
-    ///
-    /// # Errors
-    ///
-    /// The rule that the outlines break.
-    pub fn to_case(
-        &self,
-        stack: &Stack,
-        name: &str,
-        source: CaseSource,
-        urethra: &[DVec3],
-    ) -> Result<Case, CaseRuleError> {
-        let near = 0.5 * crate::stack::mean_distance_mm(stack);
-        let slices = self.slices.iter().map(|slice| CaseSlice {
-            z_mm: slice.z_mm,
-            capsule: &slice.capsule,
-            rule: Some(found_rule(slice.image, slice.error_mm, &slice.flags)),
-            urethra: urethra_at(urethra, slice.z_mm, near),
-        });
-        case_of(slices, stack, name, source)
     }
 
     /// Volume of the gland, ml: the slices' areas, each as thick as the space between them.

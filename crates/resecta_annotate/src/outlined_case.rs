@@ -1,6 +1,6 @@
 //! The case made of outlines in a stack.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use resecta_anatomy::{Case, CaseRuleError, CaseSource, Contour, LUMEN_RADIUS_MM, Landmarks, Slice, Unit, contour};
 
 use crate::stack::note;
@@ -82,15 +82,10 @@ pub(crate) fn read_found_rule(rule: &str) -> Option<(f64, Vec<Flag>)> {
                 let share: f64 = part.split(' ').next()?.parse().ok()?;
                 Some(Flag::LeavesImage { share: share / 100.0 })
             })
+            // What is not understood is to be looked at.
+            .unwrap_or(Flag::PoorFit)
     };
-    Some((error_mm.parse().ok()?, parts.filter_map(flag).collect()))
-}
-
-/// Of places known to lie in the urethra, that of each height: heights within `near` of a place have it.
-pub(crate) fn urethra_at(places: &[DVec3], z_mm: f64, near_mm: f64) -> Option<DVec2> {
-    let away = |place: &&DVec3| (place.z - z_mm).abs();
-    let nearest = places.iter().min_by(|one, other| away(one).total_cmp(&away(other)))?;
-    (away(&nearest) <= near_mm).then_some(nearest.truncate())
+    Some((error_mm.parse().ok()?, parts.map(flag).collect()))
 }
 
 fn lumen(capsule: &[DVec2], centre: DVec2) -> Contour {

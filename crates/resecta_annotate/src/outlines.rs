@@ -6,15 +6,12 @@ use resecta_anatomy::{Approximation, Case, CaseRuleError, CaseSource, contour};
 use crate::annotate::volume_ml;
 use crate::landmarks::{LANDMARKS, landmarks};
 use crate::outlined_case::{CaseSlice, case_of, found_rule, read_found_rule};
-use crate::stack::mean_distance_mm;
 use crate::{AnnotateError, AnnotatedSlice, Annotation, Flag, Model, Stack, Zone, annotate_slice};
 
 /// Landmarks to either side that follow one that is dragged, less and less.
 const FOLLOWING: usize = 4;
 /// Most steps that can be undone.
 const MAX_STEPS: usize = 500;
-/// Outlines and images at heights this near to each other belong together, as a share of the images' mean distance.
-const SAME_HEIGHT: f64 = 0.5;
 
 /// Where an outline comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,13 +124,9 @@ impl Outlines {
     /// case no image is near to; these are left out.
     pub fn of_case(stack: &Stack, case: &Case) -> (Outlines, usize) {
         let mut outlines = Outlines::none(stack);
-        let heights: Vec<f64> = stack.slices().iter().map(|slice| slice.z_mm).collect();
-        let near = SAME_HEIGHT * mean_distance_mm(stack);
         let mut left_out = 0;
         for (index, slice) in case.slices.iter().enumerate() {
-            let away = |image: &usize| (heights[*image] - slice.z).abs();
-            let nearest = (0..heights.len()).min_by(|a, b| away(a).total_cmp(&away(b)));
-            let place = nearest.filter(|image| away(image) <= near && outlines.of(*image).is_none());
+            let place = stack.image_at(slice.z).filter(|image| outlines.of(*image).is_none());
             match (place, landmarks(&slice.capsule)) {
                 (Some(image), Some(capsule)) => {
                     let by_rule = |note: &Approximation| note.what == format!("slices[{index}].urethra");
@@ -184,19 +177,20 @@ impl Outlines {
     }
 
     /// Marks where the urethra passes in an image, mm, or takes the mark away. Between marks it runs straight; without any it
-    /// is put in by rule. A place outside the image's outline is not taken.
-    pub fn mark_urethra(&mut self, image: usize, place: Option<DVec2>) {
+    /// is put in by rule. Whether it was taken: a place outside the image's outline is not.
+    pub fn mark_urethra(&mut self, image: usize, place: Option<DVec2>) -> bool {
         let Some(outline) = self.of(image).cloned() else {
-            return;
+            return false;
         };
         if place.is_some_and(|place| !contour::contains(&outline.capsule, place)) {
-            return;
+            return false;
         }
         let drawing = Drawing {
             outline: Some(outline),
             urethra: place,
         };
         self.draw(image, drawing, false);
+        true
     }
 
     fn draw(&mut self, image: usize, drawing: Drawing, joined: bool) {
@@ -515,7 +509,7 @@ mod tests {
     #[test]
     fn a_marked_urethra_is_in_the_case_and_one_outside_is_not_taken() {
         let mut outlines = ringed();
-        outlines.mark_urethra(1, Some(DVec2::new(30.0, 0.0)));
+        assert!(!outlines.mark_urethra(1, Some(DVec2::new(30.0, 0.0))));
         assert_eq!(outlines.urethra(1), None);
         let (low, high) = (DVec2::new(1.0, 2.0), DVec2::new(-1.0, -3.0));
         outlines.mark_urethra(1, Some(low));

@@ -88,13 +88,19 @@ impl Stack {
     pub fn slices(&self) -> &[ImageSlice] {
         &self.slices
     }
-}
 
-/// Mean distance between the images of a stack, mm; nothing where there is one image.
-pub(crate) fn mean_distance_mm(stack: &Stack) -> f64 {
-    let slices = stack.slices();
-    let gaps = slices.len().saturating_sub(1).max(1) as f64;
-    (slices[slices.len() - 1].z_mm - slices[0].z_mm) / gaps
+    /// The image nearest to a height, mm; none where it is farther away than half the images' mean distance.
+    pub fn image_at(&self, z_mm: f64) -> Option<usize> {
+        let away = |image: &usize| (self.slices[*image].z_mm - z_mm).abs();
+        let nearest = (0..self.slices.len()).min_by(|one, other| away(one).total_cmp(&away(other)))?;
+        (away(&nearest) <= 0.5 * self.mean_distance_mm()).then_some(nearest)
+    }
+
+    /// Mean distance between the images, mm; nothing where there is one image.
+    pub(crate) fn mean_distance_mm(&self) -> f64 {
+        let gaps = self.slices.len().saturating_sub(1).max(1) as f64;
+        (self.slices[self.slices.len() - 1].z_mm - self.slices[0].z_mm) / gaps
+    }
 }
 
 pub(crate) fn note(what: impl Into<String>, rule: impl Into<String>) -> Approximation {

@@ -8,8 +8,8 @@ use resecta_anatomy::generate::{GlandSpec, generate};
 use resecta_anatomy::{Case, CaseSource, contour};
 use resecta_annotate::compare::mean_distance_mm;
 use resecta_annotate::{
-    AnnotateError, Annotation, Flag, Image, ImageSlice, Model, ModelError, Stack, SyntheticOptions, TrainError,
-    TrainingCase, Zone, annotate, annotate_slice, synthesize,
+    AnnotateError, Annotation, Flag, Image, ImageSlice, Model, ModelError, Outlines, Stack, SyntheticOptions,
+    TrainError, TrainingCase, Zone, annotate, annotate_slice, synthesize,
 };
 
 fn case(seed: u64) -> Case {
@@ -80,11 +80,14 @@ fn an_unseen_gland_is_found_and_becomes_a_case() {
         licence: "MIT".into(),
     };
     let stack = stack(&truth, 9);
-    let middle = &found.slices[found.slices.len() / 2];
-    let known = (middle.capsule.iter().sum::<DVec2>() / middle.capsule.len() as f64).extend(middle.z_mm + 0.1);
-    let case = found.to_case(&stack, "found", source, &[known]).expect("a case");
-    let urethra = case.slices[found.slices.len() / 2].urethra.as_ref().expect("a urethra");
-    assert!(contour::centroid(urethra).distance(known.truncate()) < 0.01);
+    let place = found.slices.len() / 2;
+    let (middle, image) = (found.slices[place].capsule.clone(), found.slices[place].image);
+    let known = middle.iter().sum::<DVec2>() / middle.len() as f64;
+    let mut outlines = Outlines::found(&stack, found);
+    assert!(outlines.mark_urethra(image, Some(known)));
+    let case = outlines.to_case(&stack, "found", source).expect("a case");
+    let urethra = case.slices[place].urethra.as_ref().expect("a urethra");
+    assert!(contour::centroid(urethra).distance(known) < 0.01);
     assert!(case.slices.iter().all(|slice| slice.urethra.is_some()));
     assert!(case.approximated.iter().any(|note| note.what == "slices[0].capsule"));
 }

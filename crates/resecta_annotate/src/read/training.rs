@@ -7,7 +7,6 @@ use resecta_anatomy::import::{ImportError, MaskOptions, import};
 use resecta_anatomy::{Case, CaseError};
 
 use super::{Geometry, Heights, SIDECAR, StackError, lower_name, read_stack};
-use crate::stack::mean_distance_mm;
 use crate::{Stack, TrainingCase};
 
 /// Where the images of a folder to learn from lie, each a stack as [`read_stack`] reads it.
@@ -148,5 +147,5 @@ fn read_outlines(
 /// Distances between pixels and between images, mm.
 fn voxel_mm(stack: &Stack) -> [f64; 3] {
     let [x, y] = stack.slices()[0].image.spacing_mm();
-    [x, y, mean_distance_mm(stack)]
+    [x, y, stack.mean_distance_mm()]
 }
