@@ -4,7 +4,7 @@ mod common;
 
 use std::{fs, path::Path, process::Output};
 
-use common::{EXERCISE, LONG, Reference, SCRIPT, SHORT, command, write};
+use common::{EXERCISE, LONG, SCRIPT, SHORT, command, write};
 
 /// Runs the program with a data folder of its own.
 fn resecta(folder: &Path, arguments: &[&str]) -> Output {
@@ -152,20 +152,21 @@ fn the_shipped_script_of_first_cuts_plays_again_on_one_thread_and_two() {
 }
 
 /// Plays an exercise on one thread and its record on two.
-fn plays_again((exercise, reference): &(&str, Reference)) {
+fn plays_again(exercise: &&str) {
     let folder = tempfile::tempdir().unwrap();
-    let mut run = vec!["run", exercise, "--out", "out", "--threads", "1"]
-        .into_iter()
-        .map(String::from)
-        .collect::<Vec<_>>();
-    run.extend(match reference {
-        Reference::Script(name) => {
-            let file = resecta::assets::find().unwrap().join("scripts").join(name);
-            ["--script".into(), file.to_str().unwrap().into()]
-        }
-        Reference::Player(player) => ["--player".into(), format!("{player:?}").to_lowercase()],
-    });
-    succeed(folder.path(), &run.iter().map(String::as_str).collect::<Vec<_>>());
+    succeed(
+        folder.path(),
+        &[
+            "run",
+            exercise,
+            "--player",
+            "reference",
+            "--out",
+            "out",
+            "--threads",
+            "1",
+        ],
+    );
     let told = succeed(folder.path(), &["replay", RECORD, "--check", "--threads", "2"]);
     assert!(
         told.contains("every hash and all results as recorded"),

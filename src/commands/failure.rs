@@ -56,6 +56,8 @@ pub enum Failure {
         "frames: the run of the pictures ended as {pictures}, the run of the report as {report}: a defect of the program"
     )]
     PicturesDiffer { pictures: String, report: String },
+    #[error("player: nobody shows {exercise}; expected `shown_by` in its file, or `careful` or `careless` here")]
+    NobodyShows { exercise: String },
     #[error(transparent)]
     Recording(#[from] RecordingError),
     #[error(transparent)]

@@ -13,12 +13,14 @@ use resecta::{
     STEP_HZ,
     anatomy::vtu,
     export, headless,
-    instrument::{InstrumentLimits, InstrumentRecording, InstrumentScript, InstrumentSource},
+    instrument::{InstrumentRecording, InstrumentScript, InstrumentSource},
     key_pictures::{KeyMoment, KeyPicture, key_moments},
     page,
     players::{self, Player, PlayersPlugin},
     records::{self, RecorderPlugin, RunRecorder},
-    scenario::{ActiveExercise, EndReason, LoadedExercise, PreparedExercise, Report, RunLog, Trace},
+    scenario::{
+        ActiveExercise, Demonstration, EndReason, LoadedExercise, PreparedExercise, Report, RunLog, ShownBy, Trace,
+    },
     tissue::{Tissue, TissueDiagnostics},
     view::{Pictures, PicturesPlugin, adapter_available, finish_pictures},
 };
@@ -66,7 +68,7 @@ struct Input {
     /// Recording that moves the instrument, .csv
     #[arg(long)]
     recording: Option<PathBuf>,
-    /// Scripted player of whole operations
+    /// Scripted player
     #[arg(long, value_name = "WHO")]
     player: Option<Who>,
 }
@@ -78,6 +80,8 @@ enum Who {
     Careful,
     /// Deep strokes past both, closes nothing
     Careless,
+    /// Who shows the exercise, as its file says: the careful one, or a script
+    Reference,
 }
 
 /// What moves the instrument.
@@ -112,7 +116,7 @@ impl Run {
             None => loaded,
         };
         let prepared = loaded.clone().prepare()?;
-        let input = self.input.load(&prepared.resectoscope.limits)?;
+        let input = self.input.load(&prepared)?;
         if self.frames.is_some() {
             adapter_available()?;
         }
@@ -127,7 +131,7 @@ impl Run {
         app.add_plugins(RecorderPlugin);
         let longest_s = loaded.exercise.limits.time_s.min(duration_s(&input));
         input.clone().start(&mut app, prepared);
-        records::record_run(app.world_mut(), self.input.who());
+        records::record_run(app.world_mut(), self.input.who(&loaded));
         let prepare = begun.elapsed();
 
         let progress = progress_bar("steps", (longest_s * STEP_HZ).ceil() as u64);
@@ -222,21 +226,34 @@ fn report(world: &World) -> Report {
 
 impl Input {
     /// Who plays, for the record.
-    fn who(&self) -> records::Hands {
+    fn who(&self, loaded: &LoadedExercise) -> records::Hands {
         let name = |file: &PathBuf| file.file_name().unwrap_or_default().to_string_lossy().into_owned();
         match (self.player, &self.script, &self.recording) {
+            (Some(Who::Reference), ..) => match &loaded.exercise.shown_by {
+                Some(ShownBy::Script(script)) => records::Hands::Script(script.clone()),
+                Some(ShownBy::Careful) | None => records::Hands::Player("careful".into()),
+            },
             (Some(who), ..) => records::Hands::Player(format!("{who:?}").to_lowercase()),
             (None, Some(script), _) => records::Hands::Script(name(script)),
             (None, None, recording) => records::Hands::Recording(recording.as_ref().map(name).unwrap_or_default()),
         }
     }
 
-    fn load(&self, limits: &InstrumentLimits) -> Result<Hands, Failure> {
+    fn load(&self, prepared: &PreparedExercise) -> Result<Hands, Failure> {
+        let limits = &prepared.resectoscope.limits;
         if let Some(who) = self.player {
-            return Ok(Hands::Player(match who {
-                Who::Careful => Player::Careful,
-                Who::Careless => Player::Careless,
-            }));
+            return match (who, &prepared.loaded.demonstration) {
+                (Who::Careful, _) | (Who::Reference, Some(Demonstration::Careful)) => {
+                    Ok(Hands::Player(Player::Careful))
+                }
+                (Who::Careless, _) => Ok(Hands::Player(Player::Careless)),
+                (Who::Reference, Some(Demonstration::Script(script))) => {
+                    Ok(Hands::Source(InstrumentSource::Script(script.clone())))
+                }
+                (Who::Reference, None) => Err(Failure::NobodyShows {
+                    exercise: prepared.loaded.name.clone(),
+                }),
+            };
         }
         Ok(Hands::Source(match (&self.script, &self.recording) {
             (Some(script), _) => InstrumentSource::Script(InstrumentScript::load(script, limits)?),

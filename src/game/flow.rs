@@ -21,7 +21,10 @@ use super::{
     pace::Pace,
     settings::{self, KeptSettings, SettingsPage},
 };
-use crate::view::{OutsideCamera, ViewSystems};
+use crate::{
+    players,
+    view::{OutsideCamera, ViewSystems},
+};
 
 /// Degrees that the outside view turns a pixel of mouse movement, and a second of a held key.
 const TURN_PER_PIXEL_DEG: f32 = 0.35;
@@ -102,6 +105,8 @@ pub enum Wish {
     Open,
     /// Begin, or go on.
     Play,
+    /// Let somebody else show it.
+    Watch,
     /// Stop for a moment.
     Pause,
     /// Begin anew.
@@ -129,6 +134,8 @@ pub struct GameFlow {
     pub turning: bool,
     /// Whether letters are being written: no key means anything else then.
     pub is_writing: bool,
+    /// Whether the exercise is shown to the player, who has no hands on the instrument.
+    pub watches: bool,
     /// Why the exercise could not be started.
     pub trouble: Option<String>,
     /// The exercise in play as it was loaded, to start it again from.
@@ -183,7 +190,7 @@ impl GameFlow {
         self.wish(Wish::Restart);
     }
 
-    /// Whether the player's hands are on the instrument.
+    /// Whether the instrument is in use, in the player's hands or others'.
     pub fn is_live(&self) -> bool {
         self.phase == Phase::Playing && !self.help
     }
@@ -226,11 +233,12 @@ pub fn begin(world: &mut World, prepared: PreparedExercise) {
 const STEPS_A_WATCH: u32 = 120;
 
 /// The keys of the game. None of them is among the instrument's bindings.
-pub const KEYS: [(&str, &str); 14] = [
+pub const KEYS: [(&str, &str); 15] = [
     ("Press a button, choose", "Enter, Pad Start"),
     ("To another button", "Arrows, Tab"),
     ("Pause; in menus, back", "Esc, Pad Start"),
     ("Restart (in a pause)", "R"),
+    ("Watch it done (at the briefing)", "V"),
     ("Endoscope, outside, both", "Tab, Pad Back"),
     ("Turn the outside view", "Middle mouse button, or J L I K"),
     ("Zoom the outside view", "Middle mouse button and wheel, or U O"),
@@ -273,6 +281,9 @@ fn read_keys(keys: Res<ButtonInput<KeyCode>>, mut flow: ResMut<GameFlow>) {
             Phase::Title | Phase::Choosing => flow.wish(Wish::Progress),
             _ => {}
         }
+    }
+    if any(&[KeyCode::KeyV]) && phase == Phase::Briefing {
+        flow.wish(Wish::Watch);
     }
     if any(&[KeyCode::KeyR]) {
         match phase {
@@ -318,7 +329,7 @@ fn take_prepared(preparing: Option<ResMut<Preparing>>, mut flow: ResMut<GameFlow
     }
 }
 
-/// Keeps the run, and goes to the debriefing.
+/// Keeps the run if it is the player's, and goes to the debriefing.
 fn notice_end(
     state: Res<RunState>,
     recorder: Option<ResMut<RunRecorder>>,
@@ -331,7 +342,9 @@ fn notice_end(
     }
     flow.phase = Phase::Result;
     history.record = None;
-    if let Some(record) = recorder.and_then(|mut recorder| recorder.take()) {
+    if let Some(record) = recorder.and_then(|mut recorder| recorder.take())
+        && !flow.watches
+    {
         history.add(record);
     }
 }
@@ -373,6 +386,16 @@ fn carry_out(
                 flow.help = false;
                 *state = RunState::Running;
             }
+            Wish::Watch => {
+                let is_shown = active.as_ref().is_some_and(|active| active.demonstration.is_some());
+                if is_shown && flow.phase == Phase::Briefing {
+                    (flow.phase, flow.help, flow.watches) = (Phase::Playing, false, true);
+                    *state = RunState::Running;
+                    commands.queue(|world: &mut World| {
+                        players::show(world);
+                    });
+                }
+            }
             Wish::Pause => flow.phase = Phase::Paused,
             Wish::Help => flow.help = !flow.help,
             // The debriefing follows when the end is noticed.
@@ -398,6 +421,7 @@ fn carry_out(
                         window.title = format!("Resecta: {}", loaded.exercise.title);
                     }
                     flow.phase = Phase::Preparing;
+                    flow.watches = false;
                     flow.trouble = None;
                     commands.insert_resource(Preparing::begin(loaded));
                 }
@@ -423,19 +447,20 @@ fn carry_out(
     let holds_over = !live.captured
         && (buttons.any_pressed([MouseButton::Left, MouseButton::Right])
             || keys.any_pressed([KeyCode::Enter, KeyCode::NumpadEnter, KeyCode::Space]));
-    let captured = is_live && !flow.turning && !holds_over;
+    let has_hands_on = is_live && !flow.watches;
+    let captured = has_hands_on && !flow.turning && !holds_over;
     if live.captured != captured {
         live.captured = captured;
     }
     for mut cursor in &mut cursors {
-        let grab = if is_live {
+        let grab = if has_hands_on {
             CursorGrabMode::Locked
         } else {
             CursorGrabMode::None
         };
-        if cursor.grab_mode != grab || cursor.visible == is_live {
+        if cursor.grab_mode != grab || cursor.visible == has_hands_on {
             cursor.grab_mode = grab;
-            cursor.visible = !is_live;
+            cursor.visible = !has_hands_on;
         }
     }
 }
@@ -477,5 +502,97 @@ pub(super) fn turn_outside(
     for mut camera in &mut cameras {
         camera.turn(turn.x, turn.y);
         camera.approach((-nearer).exp());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use resecta_records::RecorderPlugin;
+    use resecta_scenario::new_exercise;
+
+    use super::*;
+    use crate::{game::catalogue::Sources, players::PlayersPlugin, testing::Trial};
+
+    /// An exercise on a coarse gland that a script shows for half a second.
+    fn shown(folder: &std::path::Path) -> LoadedExercise {
+        let script = "(keys: [(time_s: 0, stroke_mm: 0), (time_s: 0.5, stroke_mm: 5)])";
+        fs::write(folder.join("show.ron"), script).unwrap();
+        let text = new_exercise("shown").replace("alpha_deg: 10", "alpha_deg: 20");
+        let text = text.replace("shown_by: Careful", "shown_by: Script(\"./show.ron\")");
+        let file = folder.join("shown.exercise.ron");
+        let library = resecta_scenario::Library::new(crate::assets::find().unwrap());
+        library.load_text(&text, &file).unwrap()
+    }
+
+    fn game(loaded: &LoadedExercise) -> Trial {
+        let sources = Sources {
+            library: resecta_scenario::Library::new("no assets"),
+            mods: None,
+            own: None,
+        };
+        let catalogue = sources.read();
+        let mut trial = Trial::new((PlayersPlugin, RecorderPlugin));
+        let app = &mut trial.app;
+        app.insert_resource(catalogue)
+            .insert_resource(GameFlow::at_briefing(loaded.clone()))
+            .init_resource::<History>()
+            .init_resource::<ViewLayout>()
+            .init_resource::<SettingsPage>()
+            .init_resource::<KeptSettings>()
+            .init_resource::<Pace>()
+            .init_resource::<LiveInput>()
+            .init_resource::<ButtonInput<MouseButton>>()
+            .init_resource::<ButtonInput<KeyCode>>()
+            .add_systems(Update, (notice_end, carry_out).chain());
+        begin(app.world_mut(), loaded.clone().prepare().unwrap());
+        trial
+    }
+
+    fn flow(trial: &mut Trial) -> Mut<'_, GameFlow> {
+        trial.app.world_mut().resource_mut()
+    }
+
+    #[test]
+    fn what_is_shown_leads_to_the_debriefing_and_is_nobodys_run() {
+        let folder = tempfile::tempdir().unwrap();
+        let loaded = shown(folder.path());
+        let mut trial = game(&loaded);
+        flow(&mut trial).wish(Wish::Watch);
+        trial.steps(10);
+        assert_eq!(flow(&mut trial).phase, Phase::Playing);
+        let source: &InstrumentSource = trial.on_instrument().unwrap();
+        assert!(matches!(source, InstrumentSource::Script(_)));
+        assert!(!trial.app.world().resource::<LiveInput>().captured, "no hands on it");
+        trial.steps(30);
+        assert_eq!(trial.state(), RunState::Ended(EndReason::InputEnded));
+        assert!(flow(&mut trial).phase == Phase::Result && flow(&mut trial).watches);
+        assert!(trial.app.world().resource::<History>().is_empty());
+
+        // The same run by the player counts.
+        let mut trial = game(&loaded);
+        flow(&mut trial).wish(Wish::Play);
+        trial.steps(10);
+        assert!(trial.app.world().resource::<LiveInput>().captured);
+        flow(&mut trial).wish(Wish::Pause);
+        trial.steps(2);
+        flow(&mut trial).wish(Wish::End);
+        trial.steps(2);
+        assert_eq!(flow(&mut trial).phase, Phase::Result);
+        assert_eq!(trial.app.world().resource::<History>().runs().len(), 1);
+    }
+
+    #[test]
+    fn nobody_watches_what_nobody_shows() {
+        let folder = tempfile::tempdir().unwrap();
+        let loaded = LoadedExercise {
+            demonstration: None,
+            ..shown(folder.path())
+        };
+        let mut trial = game(&loaded);
+        flow(&mut trial).wish(Wish::Watch);
+        trial.steps(2);
+        assert_eq!(flow(&mut trial).phase, Phase::Briefing);
     }
 }

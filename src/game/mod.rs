@@ -72,6 +72,7 @@ use thiserror::Error;
 use crate::{
     ResectaPlugins,
     assets::{self, AssetsMissing},
+    players::PlayersPlugin,
     view::{DrawBetweenSteps, NoAdapter, ViewPlugin, adapter_available},
 };
 
@@ -224,6 +225,7 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
         in_window(title, matches!(player, Player::Nobody)),
         EguiPlugin::default(),
         ResectaPlugins,
+        PlayersPlugin,
         ViewPlugin,
         (
             menu::plugin,

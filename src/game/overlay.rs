@@ -126,6 +126,17 @@ fn over_views(
             }
             _ => {}
         }
+        if flow.watches && flow.is_live() {
+            let top = egui::pos2(area.center().x * point, area.min.y * point + 10.0);
+            shadowed(
+                &painter,
+                top,
+                Align2::CENTER_TOP,
+                "You are watching   Esc: pause",
+                15.0,
+                palette::ACCENT,
+            );
+        }
         if warnings.capsule_s > 0.0 {
             // Below what else stands at the top of the view.
             let above = egui::pos2(area.center().x * point, (area.min.y + 0.25 * area.height()) * point);
@@ -198,7 +209,12 @@ fn pause(ui: &mut Ui, lead: bool, flow: &mut GameFlow) {
         menu::wish(ui, "Go on (Esc)", Wish::Play, lead, flow);
         menu::wish(ui, "Settings (F2)", Wish::Settings, false, flow);
         menu::wish(ui, "Help (H)", Wish::Help, false, flow);
-        menu::wish(ui, "Begin anew (R)", Wish::Restart, false, flow);
+        let anew = if flow.watches {
+            "Do it yourself (R)"
+        } else {
+            "Begin anew (R)"
+        };
+        menu::wish(ui, anew, Wish::Restart, false, flow);
         menu::wish(ui, "End and show the score", Wish::End, false, flow);
         menu::wish(ui, "Another exercise", Wish::Choose, false, flow);
         menu::wish(ui, "Quit", Wish::Quit, false, flow);
@@ -267,6 +283,9 @@ fn briefing(
     ui.add_space(8.0);
     ui.horizontal(|ui| {
         menu::wish(ui, "Begin (Enter)", Wish::Play, lead, flow);
+        if active.demonstration.is_some() {
+            menu::wish(ui, "Watch it done (V)", Wish::Watch, false, flow);
+        }
         menu::wish(ui, "Settings (F2)", Wish::Settings, false, flow);
         menu::wish(ui, "Help (H)", Wish::Help, false, flow);
         menu::wish(ui, "Another exercise (Esc)", Wish::Choose, false, flow);

@@ -1,5 +1,6 @@
 //! Two scripted players for whole operations, one careful and one careless: to see that a score tells them apart, and to play an
-//! operation from start to debriefing where nobody sits at the instrument.
+//! operation from start to debriefing where nobody sits at the instrument. The careful one shows exercises, too, where their files
+//! say so.
 //!
 //! They know what a person at the game knows, and no more: the case's slices and landmarks (the plan in `plan.rs` is made of them
 //! before the run), where their own hands hold the instrument, whether the loop is in tissue, the pressure on the panel, how clear
@@ -16,7 +17,7 @@ mod senses;
 
 use bevy::prelude::*;
 use resecta_instrument::{InstrumentSource, InstrumentSystems};
-use resecta_scenario::ActiveExercise;
+use resecta_scenario::{ActiveExercise, Demonstration};
 
 pub use plan::{Manner, Stroke};
 use play::Play;
@@ -60,4 +61,20 @@ pub fn seat(world: &mut World, player: Player) {
     let instrument = active.instrument;
     let play = Play::new(player.manner(), &active.case, &active.exercise);
     world.entity_mut(instrument).insert((InstrumentSource::Requests, play));
+}
+
+/// Hands the instrument of the exercise in play to what shows it; false where nothing does. The run ends when it is done.
+pub fn show(world: &mut World) -> bool {
+    let Some(active) = world.get_resource::<ActiveExercise>() else {
+        return false;
+    };
+    let instrument = active.instrument;
+    match active.demonstration.clone() {
+        None => return false,
+        Some(Demonstration::Careful) => seat(world, Player::Careful),
+        Some(Demonstration::Script(script)) => {
+            world.entity_mut(instrument).insert(InstrumentSource::Script(script));
+        }
+    }
+    true
 }

@@ -9,8 +9,6 @@ use std::{
     process::{Command, Output},
 };
 
-use resecta::players::Player;
-
 /// A small exercise on a coarse lattice.
 pub const EXERCISE: &str = r#"(
     title: "Test",
@@ -39,32 +37,21 @@ pub const SCRIPT: &str = "(
 )
 ";
 
-/// Who shows how an exercise is played.
-pub enum Reference {
-    Script(&'static str),
-    Player(Player),
-}
-
-/// The exercises that are played to their end in a minute or so.
-pub const SHORT: [(&str, Reference); 10] = [
-    ("orientation", Reference::Script("orientation.ron")),
-    ("irrigation", Reference::Script("irrigation.ron")),
-    ("loop_control", Reference::Player(Player::Careful)),
-    ("first_cuts", Reference::Player(Player::Careful)),
-    ("middle_lobe", Reference::Player(Player::Careful)),
-    ("left_lobe", Reference::Player(Player::Careful)),
-    ("right_lobe", Reference::Player(Player::Careful)),
-    ("apex", Reference::Player(Player::Careful)),
-    ("haemostasis", Reference::Player(Player::Careful)),
-    ("imported_gland", Reference::Player(Player::Careful)),
+/// The exercises that who shows them plays to their end in a minute or so.
+pub const SHORT: [&str; 10] = [
+    "orientation",
+    "irrigation",
+    "loop_control",
+    "first_cuts",
+    "middle_lobe",
+    "left_lobe",
+    "right_lobe",
+    "apex",
+    "haemostasis",
+    "imported_gland",
 ];
 /// Those that take many.
-pub const LONG: [(&str, Reference); 4] = [
-    ("five_minutes", Reference::Player(Player::Careful)),
-    ("operation_small", Reference::Player(Player::Careful)),
-    ("full_operation", Reference::Player(Player::Careful)),
-    ("operation_large", Reference::Player(Player::Careful)),
-];
+pub const LONG: [&str; 4] = ["five_minutes", "operation_small", "full_operation", "operation_large"];
 
 /// Writes [`EXERCISE`] into a folder.
 pub fn write_exercise(folder: &Path) -> PathBuf {

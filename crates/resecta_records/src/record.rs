@@ -342,6 +342,8 @@ impl RunRecord {
                 file: file.into(),
                 source: source.into(),
             })?,
+            // Who watches a record has what it shows.
+            demonstration: None,
         })
     }
 

@@ -19,6 +19,7 @@ use crate::{
     region::MarkedRegion,
     run_log::RunLog,
     score::ScoreCard,
+    shown::Demonstration,
     state::RunState,
     steps::StepProgress,
     trace::Trace,
@@ -38,6 +39,8 @@ pub struct ActiveExercise {
     pub exercise: Exercise,
     /// Its case, complete.
     pub case: Arc<Case>,
+    /// What shows how it is done, where something does.
+    pub demonstration: Option<Demonstration>,
     /// The gland's lattice in numbers.
     pub lattice: LatticeSummary,
     /// Name of the material preset.
@@ -145,6 +148,7 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
         name: loaded.name,
         exercise: loaded.exercise,
         case: loaded.case,
+        demonstration: loaded.demonstration,
         lattice,
         material: material_name,
         marked,

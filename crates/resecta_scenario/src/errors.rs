@@ -6,6 +6,7 @@ use std::{
 };
 
 use resecta_anatomy::{CaseError, LatticeError};
+use resecta_instrument::ScriptError;
 use resecta_solver::MeshError;
 pub use resecta_text::nearest;
 use resecta_text::{Place, Slip, did_you_mean, place_of};
@@ -69,6 +70,14 @@ pub enum ExerciseError {
         file: PathBuf,
         /// What is wrong with the case.
         source: Box<CaseError>,
+    },
+    /// The script that shows the exercise is bad itself.
+    #[error("{}: shown_by: {source}", file.display())]
+    Script {
+        /// The exercise file.
+        file: PathBuf,
+        /// What is wrong with the script.
+        source: Box<ScriptError>,
     },
     /// No lattice can be built from the case at the exercise's resolution.
     #[error("{}: alpha_deg: {source}", file.display())]

@@ -9,8 +9,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    begun::Begun, extension::GoalId, limits::Limits, metrics::MetricId, pars::Pars, steps::Step, trigger::Trigger,
-    water::Water,
+    begun::Begun, extension::GoalId, limits::Limits, metrics::MetricId, pars::Pars, shown::ShownBy, steps::Step,
+    trigger::Trigger, water::Water,
 };
 
 /// One exercise, as its author wrote it. Absent optional fields take the default stated beside them; `Some(..)` may be
@@ -58,6 +58,9 @@ pub struct Exercise {
     /// Totals that earn bronze, silver and gold. Default: none.
     #[serde(default)]
     pub total_pars: Option<Pars>,
+    /// Who shows how it is done, to whoever asks at the briefing: `Careful`, a scripted player, or `Script("name")`. Default: nobody.
+    #[serde(default)]
+    pub shown_by: Option<ShownBy>,
 }
 
 /// The finest lattice of the papers' table is 7 degrees; 8 keeps a step well inside 1/60 s.

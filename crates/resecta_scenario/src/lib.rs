@@ -22,6 +22,7 @@
 //! | samples of a run over time | `run_log.rs` |
 //! | what ends a run early | `limits.rs` |
 //! | what to do better | `advice.rs` |
+//! | who shows an exercise | `shown.rs` |
 //! | the order in which exercises are taken | `curriculum.rs` |
 //! | metrics, goals and exercises of others | `extension/` |
 //! | mods: folders of exercises and cases of others | `mods/` |
@@ -73,6 +74,7 @@ mod report;
 mod rules;
 mod run_log;
 mod score;
+mod shown;
 mod sight;
 mod state;
 mod steps;
@@ -111,6 +113,7 @@ pub use report::{CaseSummary, ExerciseSummary, FORMAT, MetricValue, Report, RunS
 pub use resecta_text::Place;
 pub use run_log::{LogSample, RunLog, STEPS_A_SAMPLE};
 pub use score::{GoalState, PartScore, ScoreCard, ScoreLine};
+pub use shown::{Demonstration, ShownBy};
 pub use sight::{FAR_MM, LandmarkObservation, Sight};
 pub use state::{CapsulePerforated, EndReason, RunState};
 pub use steps::{Step, StepProgress};

@@ -14,6 +14,7 @@ use crate::{
     exercise::Exercise,
     extension::{ExtensionError, Extensions},
     mods::{EXERCISES, MANIFEST, Mod, Mods},
+    shown::Demonstration,
 };
 
 /// End of an exercise file's name.
@@ -42,6 +43,8 @@ pub struct LoadedExercise {
     pub exercise: Exercise,
     /// Its case, complete.
     pub case: Arc<Case>,
+    /// What shows how it is done, where something does.
+    pub demonstration: Option<Demonstration>,
 }
 
 impl LoadedExercise {
@@ -260,7 +263,7 @@ impl Library {
     ) -> Result<LoadedExercise, Vec<ExerciseError>> {
         let read = Exercise::examine(text, file, &self.extensions);
         let (exercise, faults) = read.map_err(|slip| vec![slip])?;
-        self.with_case(exercise, file, of, faults, |error| error.placed(text))
+        self.with_files(exercise, file, of, faults, |error| error.placed(text))
     }
 
     /// Checks an exercise that was made in Rust as if it were a file of that name, and loads its case with it. A path of a case is
@@ -277,17 +280,17 @@ impl Library {
             rule: rule.into(),
         });
         let faults = faults.collect();
-        (self.with_case(exercise, &file, None, faults, |error| error)).map_err(|mut faults| faults.swap_remove(0))
+        (self.with_files(exercise, &file, None, faults, |error| error)).map_err(|mut faults| faults.swap_remove(0))
     }
 
-    /// Loads the case of an exercise whose faults are these. `placed` tells where in the text a fault stands.
-    fn with_case(
+    /// Loads what else an exercise needs, whose faults are these: its case and who shows it. `placed` tells where in the text a fault stands.
+    fn with_files(
         &self,
         exercise: Exercise,
         file: &Path,
         of: Option<&Mod>,
         mut faults: Vec<ExerciseError>,
-        placed: impl FnOnce(ExerciseError) -> ExerciseError,
+        placed: impl Fn(ExerciseError) -> ExerciseError,
     ) -> Result<LoadedExercise, Vec<ExerciseError>> {
         // A case without a name has been told.
         let case = if exercise.case.trim().is_empty() {
@@ -297,7 +300,7 @@ impl Library {
                 Some(of) => self.case_of_mod(&exercise.case, file, of),
                 None => self.case_file(&exercise.case, file).map(|file| (file, None)),
             };
-            let case = found.map_err(placed).and_then(|(case_file, owner)| {
+            let case = found.map_err(&placed).and_then(|(case_file, owner)| {
                 let case = match owner {
                     Some(owner) => owner.case(&case_file),
                     None => Case::load(&case_file).map(Arc::new),
@@ -309,6 +312,11 @@ impl Library {
             });
             case.map_err(|error| faults.push(error)).ok()
         };
+        let demonstration = self.demonstration(&exercise, file, of).map_err(placed);
+        let demonstration = demonstration.unwrap_or_else(|error| {
+            faults.push(error);
+            None
+        });
         match case {
             Some(case) if faults.is_empty() => Ok(LoadedExercise {
                 name: match of {
@@ -318,6 +326,7 @@ impl Library {
                 file: file.into(),
                 exercise,
                 case,
+                demonstration,
             }),
             _ => Err(faults),
         }
@@ -439,7 +448,7 @@ fn qualified(reference: &str) -> Option<(&str, &str)> {
 }
 
 /// Whether a reference is meant as a path rather than a name.
-fn is_path(reference: &str, suffix: &str) -> bool {
+pub(crate) fn is_path(reference: &str, suffix: &str) -> bool {
     reference.ends_with(suffix) || reference.contains(['/', '\\'])
 }
 

@@ -145,6 +145,9 @@ const TEMPLATE: &str = r#"// An exercise of Resecta. Look for slips:  resecta va
             needs: (metric: "marked_removed_share", at_least: 0.4),
         ),
     ],
+
+    // Who shows it at the briefing: Careful, a scripted player, or Script("name"), a script that moves the instrument.
+    shown_by: Careful,
 )
 "#;
 

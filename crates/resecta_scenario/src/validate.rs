@@ -20,7 +20,7 @@ use crate::{
     curriculum,
     errors::{ExerciseError, RuleError},
     library::{CASE_SUFFIX, EXERCISE_SUFFIX, Library, MAX_FILE_BYTES, read_text},
-    mods::{EXERCISES, MANIFEST, Mod, ModError},
+    mods::{EXERCISES, MANIFEST, Mod, ModError, SCRIPTS},
 };
 
 /// Folders within folders that are looked into.
@@ -251,7 +251,7 @@ impl Library {
                 }
             } else if name.ends_with(CASE_SUFFIX) {
                 case_faults(&entry)
-            } else if is("scripts") && name.ends_with(".ron") {
+            } else if is(SCRIPTS) && name.ends_with(".ron") {
                 let script = InstrumentScript::load(&entry, &InstrumentLimits::default());
                 script.err().into_iter().map(FileFault::from).collect()
             } else if is("") && name == curriculum::FILE {

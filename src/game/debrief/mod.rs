@@ -126,11 +126,21 @@ fn show(
                     debriefing.page = page;
                 }
             }
-            save_report(ui, &mut debriefing);
+            if flow.watches {
+                let words = "Shown to you: neither kept nor counted as a run of yours.";
+                ui.label(RichText::new(words).color(palette::WEAK));
+            } else {
+                save_report(ui, &mut debriefing);
+            }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 menu::wish(ui, "Quit", Wish::Quit, false, &mut flow);
-                let next = after(reason);
-                for (words, wish) in [("Another exercise (Esc)", Wish::Choose), ("Again (R)", Wish::Restart)] {
+                let next = if flow.watches { Wish::Restart } else { after(reason) };
+                let again = if flow.watches {
+                    "Do it yourself (R)"
+                } else {
+                    "Again (R)"
+                };
+                for (words, wish) in [("Another exercise (Esc)", Wish::Choose), (again, Wish::Restart)] {
                     menu::wish(ui, words, wish, focus.lead && wish == next, &mut flow);
                 }
             });

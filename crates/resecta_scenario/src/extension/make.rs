@@ -33,6 +33,7 @@ impl Exercise {
             limits: Limits::of_time(time_s),
             scoring: Vec::new(),
             total_pars: None,
+            shown_by: None,
         }
     }
 }

@@ -5,7 +5,7 @@
 //!   mod.ron                          id, title, version, what it needs: the manifest
 //!   exercises/NAME.exercise.ron      addressed as my_mod/NAME
 //!   cases/NAME.case.ron              addressed as NAME in the mod, as my_mod/NAME in mods that need it
-//!   scripts/NAME.ron                 input of instruments, for tests
+//!   scripts/NAME.ron                 the way of an instrument, to show exercises or test them with
 //!   curriculum.ron                   the order of its exercises, if it has levels
 //! ```
 //!
@@ -50,6 +50,8 @@ pub const MAX_MODS: usize = 64;
 pub(crate) const EXERCISES: &str = "exercises";
 /// Folder of a mod's cases.
 pub(crate) const CASES: &str = "cases";
+/// Folder of a mod's scripts, and of those that ship.
+pub(crate) const SCRIPTS: &str = "scripts";
 
 /// What is wrong with a mod as a whole.
 #[derive(Debug, Error)]

@@ -59,6 +59,7 @@ impl Bench {
             name: "bench".into(),
             exercise: exercise(),
             case: Case {
+            demonstration: None,
                 name: "None".into(),
                 source: CaseSource::default(),
                 unit: Unit::Millimetre,
