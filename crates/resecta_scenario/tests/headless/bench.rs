@@ -58,8 +58,8 @@ impl Bench {
         let active = ActiveExercise {
             name: "bench".into(),
             exercise: exercise(),
-            case: Case {
             demonstration: None,
+            case: Case {
                 name: "None".into(),
                 source: CaseSource::default(),
                 unit: Unit::Millimetre,
