@@ -6,7 +6,13 @@ use bevy::{
     ecs::schedule::{LogLevel, ScheduleBuildSettings},
     prelude::*,
 };
-use resecta::{assets, headless, prelude::*, scenario::LoadedExercise, testing::Trial};
+use resecta::{
+    assets, headless,
+    prelude::*,
+    scenario::LoadedExercise,
+    testing::Trial,
+    tissue::{TissueDiagnostics, TissueSettings},
+};
 
 /// A small exercise.
 fn loaded() -> LoadedExercise {
@@ -76,4 +82,27 @@ fn a_run_repeats_itself_bit_for_bit_and_the_order_of_plugins_does_not_matter() {
     let reversed = play(&mut app, 12);
     assert_eq!(first, again);
     assert_eq!(first, reversed);
+}
+
+#[test]
+fn watching_the_error_tells_it_and_changes_nothing() {
+    let play = |watch: u32, error_aim_mm: Option<f32>| {
+        let mut trial = Trial::new(());
+        trial.start(loaded()).unwrap();
+        let tissue = trial.active().tissue;
+        let mut settings = trial.app.world_mut().get_mut::<TissueSettings>(tissue).unwrap();
+        (settings.watch_error_every, settings.error_aim_mm) = (watch, error_aim_mm);
+        trial.follow_script(common::SCRIPT).unwrap();
+        trial.steps(90);
+        let error_mm = trial.app.world().resource::<TissueDiagnostics>().error_mm;
+        (trial.state_hash(), error_mm)
+    };
+    let (alone, none) = play(0, None);
+    assert_eq!(none, 0.0);
+    let (watched, error_mm) = play(7, None);
+    assert_eq!(watched, alone);
+    assert!(error_mm > 0.0 && error_mm < 0.1, "{error_mm}");
+    // An aim is followed, where there is one.
+    let (followed, _) = play(7, Some(1e-6));
+    assert_ne!(followed, alone);
 }

@@ -52,7 +52,11 @@ fn every_exercise_that_ships_is_shown_and_the_tutorial_to_its_end() {
         assert!(players::show(trial.app.world_mut()), "nobody shows {exercise}");
     }
     let report = shown("tutorial");
-    assert!(report.score.goals.iter().all(|goal| goal.reached), "{:?}", report.score.goals);
+    assert!(
+        report.score.goals.iter().all(|goal| goal.reached),
+        "{:?}",
+        report.score.goals
+    );
 }
 
 #[test]

@@ -10,9 +10,9 @@
 //! them; a scene that watches a step now and then pays little. What ends within a substep neither solution sees: in tissue so
 //! viscous that a velocity is lost at once, the way it would still have gone is missing from both.
 //!
-//! When a watch ends with an error above the aim, the tissue goes on from where the finer solution is, and puts more effort
-//! in: it allows higher frequencies till nothing is held down, then makes shorter substeps. When the error stays far below
-//! the aim for a while, it takes a part of the effort back.
+//! A watch may be dropped: its error is then told, and nothing done. When one ends with an error above the aim, the tissue goes on
+//! from where the finer solution is, and puts more effort in: it allows higher frequencies till nothing is held down, then makes
+//! shorter substeps. When the error stays far below the aim for a while, it takes a part of the effort back.
 
 use crate::bound::Usual;
 use crate::tissue::{EditError, Tissue, check_range};
@@ -284,6 +284,14 @@ impl Tissue {
         {
             self.go_on_from(&watch.other);
         }
+        error
+    }
+
+    /// Ends the watch and does nothing about the error, which it gives as [`Tissue::watched_error_mm`] does: the tissue goes on as if it
+    /// had not been watched.
+    pub fn drop_watch(&mut self) -> Option<f64> {
+        let error = self.watched_error_mm();
+        self.watch = None;
         error
     }
 

@@ -1,7 +1,7 @@
 //! What a tissue models: everything here can be switched off, and costs nothing then.
 
 use bevy::prelude::*;
-use resecta_solver::{CollapseLaw, DEFAULT_ERROR_AIM_MM};
+use resecta_solver::CollapseLaw;
 
 /// What the plugin models for one tissue. Required by [`Tissue`](crate::Tissue); change it at any time.
 #[derive(Component, Reflect, Debug, Clone, PartialEq)]
@@ -21,13 +21,13 @@ pub struct TissueSettings {
     pub detail: CutDetail,
     /// Whether the solver's arrays are validated after each structural change. Debug builds always do.
     pub check_consistency: bool,
-    /// The error that the tissue aims for, root mean square over its nodes, mm; above 0, or the solver's own aim stays.
-    /// Followed as far as the error is watched.
-    pub error_aim_mm: f32,
     /// Every how many steps the error of one is watched, for
-    /// [`TissueDiagnostics::error_mm`](crate::TissueDiagnostics::error_mm) and for the aim; the step then costs some
-    /// three times as much. 0 is never.
+    /// [`TissueDiagnostics::error_mm`](crate::TissueDiagnostics::error_mm); the step then costs some three times as much. 0 is never.
     pub watch_error_every: u32,
+    /// What is done about an error that is watched: nothing (none, the default), so that a run is the same to the bit whether anybody
+    /// watches or not; or, above this aim, root mean square over the nodes, mm, the tissue puts in more effort from there on, which may
+    /// cost up to 16 times the substeps. An aim that is not above 0 is the solver's own.
+    pub error_aim_mm: Option<f32>,
 }
 
 impl Default for TissueSettings {
@@ -39,8 +39,8 @@ impl Default for TissueSettings {
             cutting: CuttingRule::default(),
             detail: CutDetail::default(),
             check_consistency: false,
-            error_aim_mm: DEFAULT_ERROR_AIM_MM,
             watch_error_every: 0,
+            error_aim_mm: None,
         }
     }
 }

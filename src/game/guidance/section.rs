@@ -55,6 +55,7 @@ pub fn draw(tissue: &Tissue, dyed: Option<&MarkedRegion>, z_mm: f32, frame: Fram
             None => plane.through_whole(nodes.map(position), &mut found),
         }
     }
+    raster.close_slits();
     raster.outline();
     ColorImage::new([side, side], raster.pixels)
 }
@@ -100,6 +101,28 @@ impl Raster {
                 x += 1.0;
             }
             y += 1.0;
+        }
+    }
+
+    /// Colours empty pixels between two of tissue: where a face of two elements is warped, each draws it in its own way, and a slit
+    /// stays open that is none.
+    fn close_slits(&mut self) {
+        let side = self.side;
+        let there = |at: usize| Some(self.pixels[at]).filter(|pixel| *pixel != Color32::TRANSPARENT);
+        let closed: Vec<(usize, Color32)> = (0..side * side)
+            .filter(|&at| there(at).is_none())
+            .filter_map(|at| {
+                let (x, y) = (at % side, at / side);
+                let across = |is_inside: bool, by: usize| {
+                    let (before, after) = is_inside.then(|| (there(at - by), there(at + by)))?;
+                    before.filter(|_| after.is_some())
+                };
+                let colour = across(x > 0 && x + 1 < side, 1).or_else(|| across(y > 0 && y + 1 < side, side))?;
+                Some((at, colour))
+            })
+            .collect();
+        for (at, colour) in closed {
+            self.pixels[at] = colour;
         }
     }
 
@@ -171,6 +194,24 @@ mod tests {
         );
         raster.fill([corner(f32::NAN, 0.0), b, c], palette::ADENOMA);
         assert_eq!(filled(&raster), 0);
+    }
+
+    #[test]
+    fn a_slit_of_a_pixel_is_closed_and_a_wider_gap_stays() {
+        let mut raster = Raster::new(FRAME, 10);
+        raster.pixels.fill(palette::ADENOMA);
+        for y in 2..8 {
+            raster.pixels[y * 10 + 3] = Color32::TRANSPARENT;
+            raster.pixels[y * 10 + 6] = Color32::TRANSPARENT;
+            raster.pixels[y * 10 + 7] = Color32::TRANSPARENT;
+        }
+        // A single one in the corner has no neighbours on both sides.
+        raster.pixels[0] = Color32::TRANSPARENT;
+        raster.close_slits();
+        let is_empty = |x: usize, y: usize| raster.pixels[y * 10 + x] == Color32::TRANSPARENT;
+        assert!((2..8).all(|y| !is_empty(3, y)));
+        assert!((3..7).all(|y| is_empty(6, y) && is_empty(7, y)));
+        assert!(is_empty(0, 0));
     }
 
     #[test]

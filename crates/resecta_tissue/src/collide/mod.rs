@@ -129,8 +129,10 @@ pub(crate) fn integrate(
             let pass_s = time.delta_secs() / passes as f32;
             let watched = settings.watch_error_every > 0 && steps.is_multiple_of(settings.watch_error_every);
             if watched {
-                // An aim that is none is left out: the solver keeps the one it has.
-                tissue.solver.set_error_aim_mm(settings.error_aim_mm).ok();
+                if let Some(aim_mm) = settings.error_aim_mm {
+                    // An aim that is none is left out: the solver keeps the one it has.
+                    tissue.solver.set_error_aim_mm(aim_mm).ok();
+                }
                 tissue.solver.begin_watch();
             }
             let mut found = collider.take_found();
@@ -180,8 +182,12 @@ pub(crate) fn integrate(
             found.clear();
             collider.put_found(found);
             touches.tell(entity, &tools, &mut messages);
-            if let Some(error) = watched.then(|| tissue.solver.end_watch()).flatten() {
-                diagnostics.error_mm = error as f32;
+            if watched {
+                let error = match settings.error_aim_mm {
+                    Some(_) => tissue.solver.end_watch(),
+                    None => tissue.solver.drop_watch(),
+                };
+                diagnostics.error_mm = error.map_or(diagnostics.error_mm, |error| error as f32);
             }
             diagnostics.passes = diagnostics.passes.max(passes);
             diagnostics.nodes += tissue.solver.living_nodes();
