@@ -171,9 +171,18 @@ pub fn gallery(folder: PathBuf) -> Result<Vec<PathBuf>, GameError> {
     Ok(outcome.unwrap_or(Err(GalleryError::Closed))?)
 }
 
+/// Threads that systems run on, at least: a step of the tissue keeps one of them, and the picture of the step before is drawn
+/// meanwhile. Left to itself, Bevy has a single one where there are two cores, and draws only once the step is done.
+const LEAST_THREADS: usize = 2;
+
 /// Bevy's own plugins, with a window of this title.
 fn in_window(title: String, waits_for_shaders: bool) -> PluginGroupBuilder {
+    let mut threads = TaskPoolOptions::default();
+    threads.compute.min_threads = LEAST_THREADS;
     DefaultPlugins
+        .set(TaskPoolPlugin {
+            task_pool_options: threads,
+        })
         .set(WindowPlugin {
             primary_window: Some(Window {
                 title,
