@@ -151,6 +151,7 @@ impl Run {
         let world = app.world();
         let report = report(world);
         let mut timing = stopwatch.timing(self.threads, prepare, report.run.step_s);
+        files::remove_pictures(&self.out)?;
         write_results(&self.out, world, &report)?;
         if let Some(record) = app.world_mut().resource_mut::<RunRecorder>().take() {
             record.save(&self.out.join(RECORD))?;
