@@ -5,7 +5,7 @@ use bevy::{
     input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll},
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, block_on, poll_once},
-    window::{CursorGrabMode, CursorOptions, PrimaryWindow, WindowFocused},
+    window::{CursorGrabMode, CursorOptions, PrimaryWindow, WindowCloseRequested, WindowFocused},
 };
 use resecta_instrument::{InstrumentSource, LiveInput};
 use resecta_records::{Hands, RunRecorder, record_run};
@@ -357,8 +357,8 @@ fn carry_out(
     mut pace: ResMut<Pace>,
     mut live: ResMut<LiveInput>,
     mut cursors: Query<&mut CursorOptions, With<PrimaryWindow>>,
-    mut windows: Query<&mut Window, With<PrimaryWindow>>,
-    mut exit: MessageWriter<AppExit>,
+    mut windows: Query<(Entity, &mut Window), With<PrimaryWindow>>,
+    mut closing: MessageWriter<WindowCloseRequested>,
     mut catalogue: ResMut<Catalogue>,
     (history, kept): (Res<History>, Res<KeptSettings>),
     active: Option<Res<ActiveExercise>>,
@@ -403,7 +403,7 @@ fn carry_out(
             Wish::NextLayout => *layout = layout.next(),
             Wish::Settings => page.open = true,
             Wish::Quit => {
-                exit.write(AppExit::Success);
+                closing.write_batch(windows.iter().map(|(window, _)| WindowCloseRequested { window }));
             }
             Wish::Open | Wish::Restart => {
                 if wish == Wish::Open {
@@ -417,7 +417,7 @@ fn carry_out(
                     flow.loaded = chosen.map(|entry| entry.loaded.clone());
                 }
                 if let Some(loaded) = flow.loaded.clone() {
-                    for mut window in &mut windows {
+                    for (_, mut window) in &mut windows {
                         window.title = format!("Resecta: {}", loaded.exercise.title);
                     }
                     flow.phase = Phase::Preparing;
@@ -535,7 +535,8 @@ mod tests {
         let catalogue = sources.read();
         let mut trial = Trial::new((PlayersPlugin, RecorderPlugin));
         let app = &mut trial.app;
-        app.insert_resource(catalogue)
+        app.add_message::<WindowCloseRequested>()
+            .insert_resource(catalogue)
             .insert_resource(GameFlow::at_briefing(loaded.clone()))
             .init_resource::<History>()
             .init_resource::<ViewLayout>()

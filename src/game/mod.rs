@@ -175,23 +175,28 @@ pub fn gallery(folder: PathBuf) -> Result<Vec<PathBuf>, GameError> {
 /// meanwhile. Left to itself, Bevy has a single one where there are two cores, and draws only once the step is done.
 const LEAST_THREADS: usize = 2;
 
-/// Bevy's own plugins, with a window of this title.
-fn in_window(title: String, waits_for_shaders: bool) -> PluginGroupBuilder {
+/// A window of this title.
+fn window(title: String) -> WindowPlugin {
+    WindowPlugin {
+        primary_window: Some(Window {
+            title,
+            resolution: WindowResolution::new(1280, 720),
+            present_mode: PresentMode::AutoVsync,
+            ..default()
+        }),
+        ..default()
+    }
+}
+
+/// Bevy's own plugins, with a window.
+fn in_window(window: WindowPlugin, waits_for_shaders: bool) -> PluginGroupBuilder {
     let mut threads = TaskPoolOptions::default();
     threads.compute.min_threads = LEAST_THREADS;
     DefaultPlugins
         .set(TaskPoolPlugin {
             task_pool_options: threads,
         })
-        .set(WindowPlugin {
-            primary_window: Some(Window {
-                title,
-                resolution: WindowResolution::new(1280, 720),
-                present_mode: PresentMode::AutoVsync,
-                ..default()
-            }),
-            ..default()
-        })
+        .set(window)
         .set(RenderPlugin {
             synchronous_pipeline_compilation: waits_for_shaders,
             ..default()
@@ -230,8 +235,14 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
     };
 
     app.add_plugins((
-        // Who waits for pictures waits for shaders.
-        in_window(title, matches!(player, Player::Nobody)),
+        // Who waits for pictures waits for shaders. `outlines` closes the window.
+        in_window(
+            WindowPlugin {
+                close_when_requested: false,
+                ..window(title)
+            },
+            matches!(player, Player::Nobody),
+        ),
         EguiPlugin::default(),
         ResectaPlugins,
         PlayersPlugin,

@@ -16,7 +16,10 @@ mod work;
 
 use std::{path::PathBuf, sync::Arc};
 
-use bevy::{prelude::*, window::FileDragAndDrop};
+use bevy::{
+    prelude::*,
+    window::{FileDragAndDrop, WindowCloseRequested},
+};
 use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, RichText, Ui},
@@ -44,7 +47,7 @@ const GLAND_HEIGHT: f32 = 250.0;
 
 pub fn plugin(app: &mut App) {
     app.init_resource::<Editor>()
-        .add_systems(Update, (take_dropped, finish_work))
+        .add_systems(Update, (take_dropped, finish_work, close))
         .add_systems(EguiPrimaryContextPass, show.in_set(MenuSystems::Show));
 }
 
@@ -107,6 +110,17 @@ impl Editor {
     /// Whether images are open and nothing is being done.
     pub fn is_ready(&self) -> bool {
         self.open.is_some() && self.work.is_none()
+    }
+
+    /// Whether nobody's work would be lost with the game: at the second time of asking, it may be.
+    fn may_close(&mut self) -> bool {
+        let Some(open) = self.open.as_mut().filter(|open| open.is_mended() && !open.is_leaving) else {
+            return true;
+        };
+        open.is_leaving = true;
+        let words = "These outlines are not saved. Close the window again to leave without them.";
+        self.tell(words, true);
+        false
     }
 
     fn tell(&mut self, words: impl Into<String>, is_bad: bool) {
@@ -228,6 +242,23 @@ fn show(
     Ok(())
 }
 
+/// Closes the game when that is asked for, but shows outlines first that are not saved.
+fn close(
+    mut asked: MessageReader<WindowCloseRequested>,
+    mut editor: ResMut<Editor>,
+    mut flow: ResMut<GameFlow>,
+    mut exit: MessageWriter<AppExit>,
+) {
+    if asked.read().count() == 0 {
+        return;
+    }
+    if editor.may_close() {
+        exit.write(AppExit::Success);
+    } else {
+        flow.wish(Wish::Outlines);
+    }
+}
+
 /// The way out: outlines that are not saved are lost at the second time of asking only.
 fn leave(ui: &mut Ui, editor: &mut Editor, flow: &mut GameFlow) {
     menu::wish(ui, "Title (Esc)", Wish::Title, false, flow);
@@ -310,4 +341,67 @@ fn waiting(ui: &Ui, words: &str, share: Option<f32>) {
         painter.rect_filled(done, 4.0, palette::ACCENT);
     }
     ui.ctx().request_repaint();
+}
+
+#[cfg(test)]
+mod tests {
+    use bevy::math::DVec2;
+    use resecta_annotate::{Image, ImageSlice, Origin, Outline};
+
+    use super::*;
+
+    /// Grey images with outlines on them, nothing mended yet.
+    fn opened() -> Opened {
+        let slice = |number: u32| ImageSlice {
+            z_mm: 5.0 * f64::from(number),
+            image: Image::new([32, 32], [1.0; 2], [-16.0; 2], vec![0.5; 32 * 32]).unwrap(),
+        };
+        let stack = Stack::new((0..4).map(slice).collect()).unwrap();
+        let model = crate::assets::find().unwrap().join(crate::assets::PROSTATE_MODEL);
+        Opened {
+            outlines: Outlines::none(&stack),
+            stack: Arc::new(stack),
+            model: Arc::new(Model::load(&model).unwrap()),
+            name: "Grey".into(),
+            file: "grey.case.ron".into(),
+            source: CaseSource::default(),
+            note: None,
+        }
+    }
+
+    #[test]
+    fn the_window_closes_at_once_but_for_outlines_that_are_not_saved() {
+        let mut app = App::new();
+        app.add_message::<WindowCloseRequested>()
+            .add_message::<AppExit>()
+            .init_resource::<Editor>()
+            .init_resource::<GameFlow>()
+            .add_systems(Update, close);
+        let window = app.world_mut().spawn_empty().id();
+        let mut is_closed = |change: fn(&mut Editor)| {
+            change(&mut app.world_mut().resource_mut::<Editor>());
+            app.world_mut().write_message(WindowCloseRequested { window });
+            app.update();
+            let shows = std::mem::take(&mut *app.world_mut().resource_mut::<GameFlow>()).is_asked(Wish::Outlines);
+            let closed = app.world_mut().resource_mut::<Messages<AppExit>>().drain().count() == 1;
+            assert_ne!(closed, shows);
+            closed
+        };
+        assert!(is_closed(|_| ()), "nothing is open");
+        assert!(is_closed(|editor| editor.take(opened())), "nothing is mended");
+        let mend = |editor: &mut Editor| {
+            let open = editor.open.as_mut().unwrap();
+            let ring = |corner: u32| 10.0 * DVec2::from_angle(0.2 * f64::from(corner));
+            let outline = Outline {
+                capsule: (0..32).map(ring).collect(),
+                origin: Origin::Drawn,
+                flags: Vec::new(),
+            };
+            open.outlines.set(1, Some(outline), false);
+            (open.is_unsaved, open.is_leaving) = (true, false);
+        };
+        assert!(!is_closed(mend));
+        assert!(is_closed(|_| ()), "asked for once more");
+        assert!(is_closed(|editor| editor.open.as_mut().unwrap().is_unsaved = false));
+    }
 }

@@ -23,7 +23,7 @@ use self::clock::ReplayClock;
 use super::{
     GameError, ResectaPlugins, ViewLayout, ViewPlugin, adapter_available, display,
     flow::{GameFlow, Phase},
-    in_window, layout, menu,
+    in_window, layout, menu, window,
 };
 use crate::view::{EndoscopeCamera, Ghost, OutsideCamera, ViewSystems};
 
@@ -80,7 +80,7 @@ fn open(options: ReplayOptions) -> Result<App, GameError> {
 
     let mut app = App::new();
     app.add_plugins((
-        in_window(format!("Resecta: {}", prepared.loaded.exercise.title), false),
+        in_window(window(format!("Resecta: {}", prepared.loaded.exercise.title)), false),
         EguiPlugin::default(),
         ResectaPlugins,
         ViewPlugin,
