@@ -352,9 +352,10 @@ mod tests {
 
     /// Grey images with outlines on them, nothing mended yet.
     fn opened() -> Opened {
+        let grey: Vec<f32> = (0..32 * 32).map(|pixel| pixel as f32 / 1024.0).collect();
         let slice = |number: u32| ImageSlice {
             z_mm: 5.0 * f64::from(number),
-            image: Image::new([32, 32], [1.0; 2], [-16.0; 2], vec![0.5; 32 * 32]).unwrap(),
+            image: Image::new([32, 32], [1.0; 2], [-16.0; 2], grey.clone()).unwrap(),
         };
         let stack = Stack::new((0..4).map(slice).collect()).unwrap();
         let model = crate::assets::find().unwrap().join(crate::assets::PROSTATE_MODEL);
