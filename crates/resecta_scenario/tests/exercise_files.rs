@@ -105,7 +105,7 @@ fn slips_of_syntax_are_placed() {
     assert_eq!(
         message("briefing:", "breifing:"),
         "mine.exercise.ron:3:5: breifing: there is no field `breifing`; expected one of `title`, `briefing`, `case`, `alpha_deg`, \
-         `material`, `models`, `begun`, `instrument`, `marked`, `steps`, `goals`, `limits`, `scoring`, `total_pars`; did you mean \
+         `material`, `models`, `begun`, `instrument`, `marked`, `steps`, `goals`, `limits`, `scoring`, `total_pars`, `shown_by`; did you mean \
          `briefing`?"
     );
     assert_eq!(
