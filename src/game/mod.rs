@@ -21,12 +21,14 @@
 //! | records played again, with a ghost | `replay/` |
 //! | how fast it runs | `pace.rs` |
 //! | how finely it is drawn where that is too slow | `fineness.rs` |
+//! | how many steps a late frame makes up for | `catch_up.rs` |
 //! | pictures of all of it | `gallery/` |
 //! | the player's settings, their file and their page | `settings/` |
 //! | what is heard | `sound/` |
 //! | what is shown and felt at the end of the instrument's way | `stops.rs` |
 
 mod catalogue;
+mod catch_up;
 mod choose;
 mod debrief;
 mod display;
@@ -271,7 +273,7 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
         ),
     ));
     if let Player::User = player {
-        app.add_plugins(reload::ReloadPlugin { sources });
+        app.add_plugins((reload::ReloadPlugin { sources }, catch_up::plugin));
     }
     app.init_resource::<DrawBetweenSteps>();
     app.init_resource::<RunLog>().insert_resource(match player {
