@@ -147,7 +147,7 @@ fn show(
         });
         ui.separator();
         match debriefing.page {
-            Page::Score => score::show(ui, &active, (&card, &metrics), &history, &moments),
+            Page::Score => score::show(ui, &active, (&card, &metrics), (&history, !flow.watches), &moments),
             Page::Course => plots::show(ui, &active, &log),
             Page::Map => {
                 if let Some(map) = &debriefing.map {

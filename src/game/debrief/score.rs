@@ -13,12 +13,12 @@ const SENTENCES: usize = 3;
 /// Runs of one's own that are compared with.
 const RUNS: usize = 6;
 
-/// Shows the page.
+/// Shows the page. A run that somebody else showed asks for no advice and is none of the player's own.
 pub fn show(
     ui: &mut Ui,
     active: &ActiveExercise,
     (card, metrics): (&ScoreCard, &Metrics),
-    history: &History,
+    (history, is_own): (&History, bool),
     moments: &Moments,
 ) {
     let width = ui.available_width();
@@ -33,22 +33,26 @@ pub fn show(
         });
         ui.add_space(14.0);
         ui.vertical(|ui| {
-            menu::card(ui, |ui| {
-                ui.set_width(ui.available_width());
-                menu::caption(ui, "What to do better");
-                let said = advice(card, metrics, SENTENCES);
-                if said.is_empty() {
-                    ui.label("Nothing lost points to speak of. Try it on another gland.");
-                }
-                for (number, sentence) in said.iter().enumerate() {
-                    ui.label(RichText::new(format!("{}. {sentence}", number + 1)).size(15.5));
-                }
-            });
-            ui.add_space(8.0);
-            menu::card(ui, |ui| {
-                ui.set_width(ui.available_width());
-                own_runs(ui, &active.name, history);
-            });
+            if is_own {
+                menu::card(ui, |ui| {
+                    ui.set_width(ui.available_width());
+                    menu::caption(ui, "What to do better");
+                    let said = advice(card, metrics, SENTENCES);
+                    if said.is_empty() {
+                        ui.label("Nothing lost points to speak of. Try it on another gland.");
+                    }
+                    for (number, sentence) in said.iter().enumerate() {
+                        ui.label(RichText::new(format!("{}. {sentence}", number + 1)).size(15.5));
+                    }
+                });
+                ui.add_space(8.0);
+            }
+            if is_own || history.of_exercise(&active.name).next().is_some() {
+                menu::card(ui, |ui| {
+                    ui.set_width(ui.available_width());
+                    own_runs(ui, &active.name, history, is_own);
+                });
+            }
         });
     });
 }
@@ -177,8 +181,8 @@ fn views(ui: &mut Ui, moments: &Moments) {
     });
 }
 
-/// This run beside the player's own.
-fn own_runs(ui: &mut Ui, exercise: &str, history: &History) {
+/// The player's own runs, the latest first: this one, or the last before what was shown.
+fn own_runs(ui: &mut Ui, exercise: &str, history: &History, is_own: bool) {
     menu::caption(ui, "Your runs");
     let best = history.best(exercise);
     egui::Grid::new("own runs")
@@ -188,7 +192,8 @@ fn own_runs(ui: &mut Ui, exercise: &str, history: &History) {
             for (number, run) in history.of_exercise(exercise).rev().take(RUNS).enumerate() {
                 let is_best = best.is_some_and(|best| std::ptr::eq(best, run));
                 let name = match number {
-                    0 => "This run".to_owned(),
+                    0 if is_own => "This run".to_owned(),
+                    0 => "The last".to_owned(),
                     number => format!("{number} before"),
                 };
                 ui.label(RichText::new(name).color(if number == 0 { palette::TEXT } else { palette::WEAK }));
