@@ -283,7 +283,8 @@ impl Library {
         (self.with_files(exercise, &file, None, faults, |error| error)).map_err(|mut faults| faults.swap_remove(0))
     }
 
-    /// Loads what else an exercise needs, whose faults are these: its case and who shows it. `placed` tells where in the text a fault stands.
+    /// Loads what else an exercise needs, whose faults are these: its case and who shows it. `placed` tells where in the text a
+    /// fault stands.
     fn with_files(
         &self,
         exercise: Exercise,
