@@ -10,11 +10,12 @@ use bevy::{
     app::{RunFixedMainLoop, RunFixedMainLoopSystems},
     prelude::*,
 };
+use resecta_scenario::CATCH_UP_S;
 
 use super::pace::Pace;
 
-/// Real time that a frame makes up for at least and at most, s.
-const CATCH_UP_S: [f32; 2] = [0.05, 0.25];
+/// Real time that a frame makes up for at most, s; at least it is [`CATCH_UP_S`], as in every app.
+const MOST_CATCH_UP_S: f32 = 0.25;
 /// Share of a frame that steps may fill.
 const STEPS_SHARE: f32 = 2.0 / 3.0;
 /// Weight of a frame's steps in the mean of what a step takes.
@@ -66,11 +67,10 @@ fn catch_up(pace: Res<Pace>, steps: Res<StepTime>, fixed: Res<Time<Fixed>>, mut 
 /// The time that a frame may make up for, s, where frames take `frame_s` and a step of `timestep_s` takes `step_s`.
 fn most_s(frame_s: f32, step_s: f32, timestep_s: f32) -> f32 {
     let steps = (STEPS_SHARE * frame_s / step_s).ceil();
-    let [least, most] = CATCH_UP_S;
-    // Nothing is known yet of a step that took no time.
+    // Before the first step nothing is known of what one takes.
     match steps.is_finite() {
-        true => (steps * timestep_s).clamp(least, most),
-        false => least,
+        true => (steps * timestep_s).clamp(CATCH_UP_S, MOST_CATCH_UP_S),
+        false => CATCH_UP_S,
     }
 }
 
@@ -102,6 +102,6 @@ mod tests {
         assert!(0.05 / (0.05 + steps_s) > 0.25, "{steps_s}");
         // No frame makes up for more than a quarter of a second.
         assert!(steps_a_frame(1.0, 0.001, false) <= 15.01);
-        assert_eq!(most_s(0.1, 0.0, 1.0 / 60.0), CATCH_UP_S[0]);
+        assert_eq!(most_s(0.1, 0.0, 1.0 / 60.0), CATCH_UP_S);
     }
 }

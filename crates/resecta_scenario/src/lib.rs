@@ -106,7 +106,7 @@ pub use metrics::{Better, MetricId, MetricInfo, Metrics};
 pub use mods::{Mod, ModAside, ModError, Mods};
 pub use pars::{Medal, Pars};
 pub use plugin::{ScenarioPlugin, ScenarioSystems};
-pub use plugins::{FixedStepPlugin, ResectaPlugins, STEP_HZ};
+pub use plugins::{CATCH_UP_S, FixedStepPlugin, ResectaPlugins, STEP_HZ};
 pub use prepare::{LatticeSummary, PreparedExercise};
 pub use region::MarkedRegion;
 pub use report::{CaseSummary, ExerciseSummary, FORMAT, MetricValue, Report, RunSummary, StepSummary, state_hash};

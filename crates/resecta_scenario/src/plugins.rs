@@ -15,7 +15,7 @@ pub const STEP_HZ: f64 = 60.0;
 
 /// Real time that one frame may make up for, s: a machine that cannot keep up runs slower than real time instead of
 /// computing ever more steps a frame.
-const MAX_CATCH_UP_S: f32 = 0.05;
+pub const CATCH_UP_S: f32 = 0.05;
 
 /// Instrument, tissue, blood and water, floating chips, and scenario: the whole simulation, on steps of 1/[`STEP_HZ`] s.
 /// Needs Bevy's `MinimalPlugins` or `DefaultPlugins` beside it, draws nothing and reads no device.
@@ -41,6 +41,6 @@ pub struct FixedStepPlugin;
 impl Plugin for FixedStepPlugin {
     fn build(&self, app: &mut App) {
         app.insert_resource(Time::<Fixed>::from_hz(STEP_HZ));
-        app.insert_resource(Time::<Virtual>::from_max_delta(Duration::from_secs_f32(MAX_CATCH_UP_S)));
+        app.insert_resource(Time::<Virtual>::from_max_delta(Duration::from_secs_f32(CATCH_UP_S)));
     }
 }
