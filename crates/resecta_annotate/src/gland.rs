@@ -101,7 +101,8 @@ impl Gland {
         (0.0..=1.0).contains(&share).then(|| self.at_share(share))
     }
 
-    fn at_share(&self, share: f64) -> Vec<DVec2> {
+    /// The landmarks at a share of the height, from 0 to 1.
+    pub(crate) fn at_share(&self, share: f64) -> Vec<DVec2> {
         let place = share * (LEVELS - 1) as f64;
         let low = (place as usize).min(LEVELS - 2);
         let (below, above) = (&self.levels[low], &self.levels[low + 1]);
@@ -211,6 +212,27 @@ impl GlandModel {
             .collect();
         weights.extend(self.shape.weights_of(&gland.vector(middle, size)));
         weights
+    }
+
+    /// How far a gland is along each mode, in standard deviations, by its outlines in the plane alone, wherever it lies:
+    /// images do not move for somebody who shapes it.
+    pub fn plane_weights(&self, gland: &Gland) -> Vec<f64> {
+        let (middle, size) = gland.pose();
+        let mut vector = gland.vector(middle, size);
+        vector.pop();
+        self.shape.weights_of(&vector)
+    }
+
+    /// A gland with the weight of a mode grown by so many standard deviations, its ends where they were; none where there is
+    /// no such mode.
+    pub(crate) fn shaped(&self, gland: &Gland, mode: usize, by: f64) -> Option<Gland> {
+        let (_, size) = gland.pose();
+        let mut shaped = gland.clone();
+        let places = shaped.levels.iter_mut().flatten();
+        for (place, step) in places.zip(self.shape.modes.get(mode)?.chunks_exact(2)) {
+            *place += size * by * DVec2::new(step[0], step[1]);
+        }
+        Some(shaped)
     }
 }
 

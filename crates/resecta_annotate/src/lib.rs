@@ -53,7 +53,7 @@ pub use gland_search::GlandSearch;
 pub use image::{Image, MAX_PIXELS_PER_AXIS, PIXEL_SPACING_MM};
 pub use model::Model;
 pub use model_file::{MODEL_FORMAT, MODEL_VERSION, ModelError};
-pub use outlines::{Origin, Outline, Outlines};
+pub use outlines::{Origin, Outline, Outlines, Part};
 pub use read::{
     Geometry, Heights, MAX_COLOURED_PERCENT, MAX_DICOM_BYTES, MAX_PICTURE_BYTES, SIDECAR, StackError,
     TrainingFolderError, Window, read_stack, read_training_cases,

@@ -6,7 +6,7 @@ use resecta_anatomy::{Approximation, Case, CaseRuleError, CaseSource, contour};
 use crate::annotate::volume_ml;
 use crate::landmarks::{LANDMARKS, landmarks};
 use crate::outlined_case::{CaseSlice, case_of, found_rule, read_found_rule};
-use crate::{AnnotateError, AnnotatedSlice, Annotation, Flag, Model, Stack, Zone, annotate_slice};
+use crate::{AnnotateError, AnnotatedSlice, Annotation, Flag, Gland, Model, Stack, Zone, annotate_slice};
 
 /// Landmarks to either side that follow one that is dragged, less and less.
 const FOLLOWING: usize = 4;
@@ -93,11 +93,20 @@ struct Drawing {
     urethra: Option<DVec2>,
 }
 
-/// What an image had before a step, or after one that was undone.
+/// What a step was on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// One image, by index.
+    Image(usize),
+    /// All images with an outline.
+    Gland,
+}
+
+/// What images had before a step, or after one that was undone.
 #[derive(Debug, Clone, PartialEq)]
 struct Step {
-    image: usize,
-    drawing: Drawing,
+    part: Part,
+    drawings: Vec<(usize, Drawing)>,
 }
 
 impl Outlines {
@@ -194,16 +203,33 @@ impl Outlines {
     }
 
     fn draw(&mut self, image: usize, drawing: Drawing, joined: bool) {
-        self.changes += 1;
-        let before = std::mem::replace(&mut self.images[image], drawing);
-        let is_part = joined && self.done.last().is_some_and(|step| step.image == image);
+        let step = Step {
+            part: Part::Image(image),
+            drawings: vec![(image, drawing)],
+        };
+        self.take(step, joined);
+    }
+
+    /// Takes a step, as part of the one before if it is joined and that was on the same part.
+    fn take(&mut self, step: Step, joined: bool) {
+        let is_part = joined && self.done.last().is_some_and(|before| before.part == step.part);
+        let before = self.exchange(step);
         if !is_part {
-            self.done.push(Step { image, drawing: before });
+            self.done.push(before);
             if self.done.len() > MAX_STEPS {
                 self.done.remove(0);
             }
         }
         self.undone.clear();
+    }
+
+    /// Puts what a step holds in its place. The step that puts back what was there.
+    fn exchange(&mut self, mut step: Step) -> Step {
+        self.changes += 1;
+        for (image, drawing) in &mut step.drawings {
+            std::mem::swap(&mut self.images[*image], drawing);
+        }
+        step
     }
 
     /// Moves a landmark to a place, mm, and its neighbours with it, less the farther they are. A place that is no number
@@ -257,6 +283,58 @@ impl Outlines {
         });
     }
 
+    /// How far the outlines together are along each mode of the whole gland's model, in standard deviations; none where fewer
+    /// than three images have one.
+    pub fn gland_weights(&self, stack: &Stack, model: &Model) -> Option<Vec<f64>> {
+        let gland = self.gland(stack)?;
+        Some(model.gland.plane_weights(&gland))
+    }
+
+    /// Adds to the weight of a mode of the whole gland's model, in its standard deviations: the outline of every image changes
+    /// as the gland does at its height. What the model cannot say of them stays as it is, and so do the gland's ends: how much
+    /// longer a mode makes it is left out. Outlines that are flagged stay so: nobody has looked at each.
+    pub fn nudge_gland(&mut self, stack: &Stack, model: &Model, mode: usize, by: f64, joined: bool) {
+        let Some(gland) = self.gland(stack) else { return };
+        let Some(shaped) = model.gland.shaped(&gland, mode, by) else {
+            return;
+        };
+        let mut drawings = Vec::new();
+        for (image, outline) in self.outlined() {
+            let share = gland.share_of(stack.slices()[image].z_mm).clamp(0.0, 1.0);
+            let (before, after) = (gland.at_share(share), shaped.at_share(share));
+            let places = outline.capsule.iter().zip(before.iter().zip(&after));
+            let capsule: Vec<DVec2> = places
+                .map(|(place, (before, after))| *place + *after - *before)
+                .collect();
+            if !capsule.iter().all(|place| place.is_finite()) {
+                return;
+            }
+            let mended = Outline {
+                capsule,
+                origin: match outline.flags.is_empty() {
+                    true => Origin::Drawn,
+                    false => outline.origin,
+                },
+                flags: outline.flags.clone(),
+            };
+            let drawing = Drawing {
+                outline: Some(mended),
+                urethra: self.urethra(image),
+            };
+            drawings.push((image, drawing));
+        }
+        let part = Part::Gland;
+        self.take(Step { part, drawings }, joined);
+    }
+
+    fn gland(&self, stack: &Stack) -> Option<Gland> {
+        let outlines = self.outlined().filter_map(|(image, outline)| {
+            let z = stack.slices().get(image)?.z_mm;
+            Some((z, outline.capsule.clone()))
+        });
+        Gland::of_outlines(&outlines.collect::<Vec<_>>())
+    }
+
     /// Copies the outline of another image; nothing happens where that has none.
     pub fn copy(&mut self, image: usize, from: usize) {
         let Some(outline) = self.of(from) else { return };
@@ -300,28 +378,22 @@ impl Outlines {
         [!self.done.is_empty(), !self.undone.is_empty()]
     }
 
-    /// Undoes the last step. The image it was on.
-    pub fn undo(&mut self) -> Option<usize> {
+    /// Undoes the last step. What it was on.
+    pub fn undo(&mut self) -> Option<Part> {
         let step = self.done.pop()?;
-        self.changes += 1;
-        let after = std::mem::replace(&mut self.images[step.image], step.drawing);
-        self.undone.push(Step {
-            image: step.image,
-            drawing: after,
-        });
-        Some(step.image)
+        let part = step.part;
+        let undone = self.exchange(step);
+        self.undone.push(undone);
+        Some(part)
     }
 
-    /// Does the step again that was undone last. The image it is on.
-    pub fn redo(&mut self) -> Option<usize> {
+    /// Does the step again that was undone last. What it is on.
+    pub fn redo(&mut self) -> Option<Part> {
         let step = self.undone.pop()?;
-        self.changes += 1;
-        let before = std::mem::replace(&mut self.images[step.image], step.drawing);
-        self.done.push(Step {
-            image: step.image,
-            drawing: before,
-        });
-        Some(step.image)
+        let part = step.part;
+        let done = self.exchange(step);
+        self.done.push(done);
+        Some(part)
     }
 
     /// Volume within the outlines, ml.
@@ -418,9 +490,9 @@ mod tests {
         assert_eq!(moved(8 + FOLLOWING + 1), 0.0);
         assert_eq!((dragged.origin, dragged.flags.len()), (Origin::Drawn, 0));
         let after = outlines.images.clone();
-        assert_eq!(outlines.undo(), Some(2));
+        assert_eq!(outlines.undo(), Some(Part::Image(2)));
         assert_eq!((outlines.undo(), &outlines.images), (None, &before.images));
-        assert_eq!((outlines.redo(), &outlines.images), (Some(2), &after));
+        assert_eq!((outlines.redo(), &outlines.images), (Some(Part::Image(2)), &after));
         outlines.undo();
         outlines.shift(1, DVec2::Y, false);
         assert_eq!(
@@ -449,6 +521,72 @@ mod tests {
         let before = area(&outlines);
         outlines.scale(2, 1.1, false);
         assert!((area(&outlines) / before - 1.21).abs() < 1e-9);
+    }
+
+    fn model() -> Model {
+        let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/models/prostate.pdm");
+        Model::load(&file).expect("the shipped model")
+    }
+
+    #[test]
+    fn a_mode_of_the_gland_changes_every_outline_by_what_it_says_and_is_one_step() {
+        let (stack, model) = (stack(), model());
+        let mut outlines = ringed();
+        outlines.accept(1);
+        let before = outlines.images.clone();
+        let weights = outlines.gland_weights(&stack, &model).expect("five outlines");
+        for part in 0..4 {
+            outlines.nudge_gland(&stack, &model, 0, 0.25, part > 0);
+        }
+        let capsule =
+            |images: &[Drawing], image: usize| images[image].outline.as_ref().map(|o| o.capsule.clone()).unwrap();
+        for image in 0..5 {
+            let (old, new) = (capsule(&before, image), capsule(&outlines.images, image));
+            let moved = old.iter().zip(&new).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+            assert!((0.1..6.0).contains(&moved), "image {image}: {moved} mm");
+        }
+        let nudged = outlines.gland_weights(&stack, &model).expect("five outlines");
+        assert!(
+            (nudged[0] - weights[0] - 1.0).abs() < 0.1,
+            "{} {}",
+            weights[0],
+            nudged[0]
+        );
+        let accepted = outlines.of(1).unwrap();
+        assert_eq!((accepted.origin, accepted.flags.len()), (Origin::Drawn, 0));
+        let flagged = outlines.of(2).unwrap();
+        assert_eq!(
+            (flagged.origin, flagged.flags.len()),
+            (Origin::Found { error_mm: 1.25 }, 1)
+        );
+
+        let after = outlines.images.clone();
+        assert_eq!((outlines.undo(), &outlines.images), (Some(Part::Gland), &before));
+        assert_eq!((outlines.redo(), &outlines.images), (Some(Part::Gland), &after));
+        // There and back again.
+        for _ in 0..4 {
+            outlines.nudge_gland(&stack, &model, 0, -0.25, false);
+        }
+        for image in 0..5 {
+            let mean = crate::compare::mean_distance_mm(&capsule(&before, image), &capsule(&outlines.images, image));
+            assert!(mean < 0.2, "image {image}: {mean} mm");
+        }
+    }
+
+    #[test]
+    fn a_mode_that_is_not_there_or_a_gland_of_two_outlines_changes_nothing() {
+        let (stack, model) = (stack(), model());
+        let mut outlines = ringed();
+        let before = outlines.clone();
+        outlines.nudge_gland(&stack, &model, 999, 1.0, false);
+        outlines.nudge_gland(&stack, &model, 0, f64::NAN, false);
+        assert_eq!(outlines, before);
+        for image in 0..3 {
+            outlines.set(image, None, false);
+        }
+        let before = outlines.clone();
+        outlines.nudge_gland(&stack, &model, 0, 1.0, false);
+        assert_eq!((&outlines, outlines.gland_weights(&stack, &model)), (&before, None));
     }
 
     #[test]
@@ -515,7 +653,7 @@ mod tests {
         outlines.mark_urethra(1, Some(low));
         outlines.mark_urethra(3, Some(high));
         outlines.mark_urethra(4, Some(DVec2::ZERO));
-        assert_eq!(outlines.undo(), Some(4));
+        assert_eq!(outlines.undo(), Some(Part::Image(4)));
         let source = CaseSource {
             description: "test".into(),
             licence: "CC0-1.0".into(),

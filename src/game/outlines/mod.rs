@@ -70,6 +70,8 @@ struct Open {
     image: usize,
     shown: Shown,
     turn: Turn,
+    /// Whether the modes that are nudged are those of the whole gland, not of the image's section.
+    shapes_gland: bool,
     /// Name of the case.
     name: String,
     /// Where the case goes.
@@ -151,6 +153,7 @@ impl Editor {
             image,
             shown: Shown::default(),
             turn: Turn::default(),
+            shapes_gland: false,
             name,
             file,
             source,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use bevy_egui::egui::{self, Key, RichText, Ui};
 use resecta_anatomy::Case;
-use resecta_annotate::{Flag, Origin};
+use resecta_annotate::{Flag, Origin, Outlines, Part};
 use resecta_scenario::{CASE_SUFFIX, Library};
 
 use super::{GLAND_HEIGHT, IMAGE, Open, Told, Work, gland, tell};
@@ -191,13 +191,19 @@ fn search(open: &Open) -> Work {
     Work::search(open.image, &open.stack, &open.model, &open.outlines)
 }
 
-/// What was undone is shown.
 fn undo(open: &mut Open) {
-    open.image = open.outlines.undo().unwrap_or(open.image);
+    show_step(open, Outlines::undo);
 }
 
 fn redo(open: &mut Open) {
-    open.image = open.outlines.redo().unwrap_or(open.image);
+    show_step(open, Outlines::redo);
+}
+
+/// What was undone or done again is shown; a step on all images is seen in any.
+fn show_step(open: &mut Open, step: fn(&mut Outlines) -> Option<Part>) {
+    if let Some(Part::Image(image)) = step(&mut open.outlines) {
+        open.image = image;
+    }
 }
 
 fn keys(ui: &Ui, open: &mut Open, work: &mut Option<Work>) {
@@ -215,6 +221,9 @@ fn keys(ui: &Ui, open: &mut Open, work: &mut Option<Work>) {
     if pressed(Key::A) && !with_command {
         open.outlines.accept(open.image);
     }
+    if pressed(Key::G) && !with_command {
+        open.shapes_gland = !open.shapes_gland;
+    }
     if pressed(Key::Z) && with_command {
         undo(open);
     }
@@ -223,13 +232,29 @@ fn keys(ui: &Ui, open: &mut Open, work: &mut Option<Work>) {
     }
 }
 
-/// A slider for each of the first modes of the section's shape.
+/// A slider for each of the first modes of a shape: the section's in this image, or the whole gland's in all.
 fn modes(ui: &mut Ui, open: &mut Open) {
-    let Some(outline) = open.outlines.of(open.image) else {
+    let of_section = |open: &Open| {
+        let outline = open.outlines.of(open.image)?;
+        Some(open.model.section.mode_weights(&outline.capsule))
+    };
+    let weights = match open.shapes_gland {
+        true => open.outlines.gland_weights(&open.stack, &open.model),
+        false => of_section(open),
+    };
+    ui.horizontal(|ui| {
+        menu::caption(ui, "Shape, in standard deviations of the model's modes");
+        ui.selectable_value(&mut open.shapes_gland, false, "this image");
+        ui.selectable_value(&mut open.shapes_gland, true, "all images (G)");
+    });
+    let Some(weights) = weights else {
+        let words = match open.shapes_gland {
+            true => "Needs outlines in three images",
+            false => "Needs an outline in this image",
+        };
+        ui.label(RichText::new(words).size(14.0).color(palette::WEAK));
         return;
     };
-    let weights = open.model.section.mode_weights(&outline.capsule);
-    menu::caption(ui, "Shape, in standard deviations of the model's modes");
     ui.horizontal(|ui| {
         ui.spacing_mut().slider_width = 58.0;
         for (mode, weight) in weights.iter().take(MODES).enumerate() {
@@ -241,7 +266,10 @@ fn modes(ui: &mut Ui, open: &mut Open) {
             if response.changed() {
                 let joined = response.dragged() && !response.drag_started();
                 let by = wanted - weight;
-                open.outlines.nudge(open.image, &open.model, mode, by, joined);
+                match open.shapes_gland {
+                    true => open.outlines.nudge_gland(&open.stack, &open.model, mode, by, joined),
+                    false => open.outlines.nudge(open.image, &open.model, mode, by, joined),
+                }
             }
         }
     });
