@@ -233,10 +233,11 @@ pub fn begin(world: &mut World, prepared: PreparedExercise) {
 const STEPS_A_WATCH: u32 = 120;
 
 /// The keys of the game. None of them is among the instrument's bindings.
-pub const KEYS: [(&str, &str); 15] = [
-    ("Press a button, choose", "Enter, Pad Start"),
-    ("To another button", "Arrows, Tab"),
-    ("Pause; in menus, back", "Esc, Pad Start"),
+pub const KEYS: [(&str, &str); 16] = [
+    ("Press a button, choose", "Enter, Pad South"),
+    ("To another button", "Arrows, Tab, Pad cross"),
+    ("Begin, pause and go on", "Pad Start"),
+    ("Pause; in menus, back", "Esc, Pad East"),
     ("Restart (in a pause)", "R"),
     ("Watch it done (at the briefing)", "V"),
     ("Endoscope, outside, both", "Tab, Pad Back"),
@@ -251,14 +252,17 @@ pub const KEYS: [(&str, &str); 15] = [
     ("Quit", "In a pause, or close the window"),
 ];
 
-fn read_keys(keys: Res<ButtonInput<KeyCode>>, mut flow: ResMut<GameFlow>) {
+fn read_keys(keys: Res<ButtonInput<KeyCode>>, pads: Query<&Gamepad>, mut flow: ResMut<GameFlow>) {
     if flow.is_writing {
         return;
     }
     let phase = flow.phase;
     let any = |codes: &[KeyCode]| keys.any_just_pressed(codes.iter().copied());
+    // In play East may be anything of the instrument's.
+    let is_back = !flow.is_live() && pads.iter().any(|pad| pad.just_pressed(GamepadButton::East));
+    let is_back = is_back || any(&[KeyCode::Escape]);
     let is_help = any(&[KeyCode::KeyH, KeyCode::F1]) && phase != Phase::Preparing;
-    if is_help || (flow.help && any(&[KeyCode::Escape])) {
+    if is_help || (flow.help && is_back) {
         flow.wish(Wish::Help);
         return;
     }
@@ -266,7 +270,7 @@ fn read_keys(keys: Res<ButtonInput<KeyCode>>, mut flow: ResMut<GameFlow>) {
         return;
     }
     // Buttons are pressed by Enter and Space where the focus is: see `menu.rs`.
-    if any(&[KeyCode::Escape]) {
+    if is_back {
         match phase {
             Phase::Title | Phase::Preparing => {}
             Phase::Choosing | Phase::Outlines => flow.wish(Wish::Title),

@@ -39,6 +39,7 @@ mod guidance;
 mod history;
 mod layout;
 mod menu;
+mod menu_pad;
 mod moments;
 mod outlines;
 mod overlay;
@@ -250,7 +251,7 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
         PlayersPlugin,
         ViewPlugin,
         (
-            menu::plugin,
+            (menu::plugin, menu_pad::plugin),
             flow::plugin,
             layout::plugin,
             (pace::plugin, fineness::plugin),

@@ -70,6 +70,13 @@ pub struct SettingsPage {
     just_captured: Option<InstrumentAction>,
 }
 
+impl SettingsPage {
+    /// Whether a binding waits for an input, or has just got one.
+    pub fn awaits_input(&self) -> bool {
+        self.capture.is_some() || self.just_captured.is_some()
+    }
+}
+
 /// A binding that waits for an input.
 #[derive(Debug)]
 struct Capture {
@@ -165,7 +172,7 @@ pub(super) fn keys(
     mut flow: ResMut<GameFlow>,
 ) {
     let pad = |button| pads.iter().any(|pad| pad.just_pressed(button));
-    if page.capture.is_some() || page.just_captured.is_some() {
+    if page.awaits_input() {
         return;
     }
     if page.open {
