@@ -24,11 +24,47 @@ pub(crate) struct CaseSlice<'a> {
     pub rule: Option<String>,
     /// Where the urethra passes, mm, where that is known.
     pub urethra: Option<DVec2>,
+    /// Its lumen, mm, where that was drawn; what reaches beyond the capsule is not taken.
+    pub lumen: Option<&'a Contour>,
+    /// The same of the transition zone.
+    pub transition_zone: Option<&'a Contour>,
 }
+
+/// What a case says beside its slices, where it was not filled in by rule.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Beside {
+    pub landmarks: Landmarks,
+    pub material: Option<String>,
+}
+
+impl Beside {
+    /// What a case says that no rule filled in.
+    pub fn of(case: &Case) -> Beside {
+        let known = &case.landmarks;
+        Beside {
+            landmarks: Landmarks {
+                bladder_neck: known.bladder_neck.filter(|_| is_drawn(case, "landmarks.bladder_neck")),
+                verumontanum: known.verumontanum.filter(|_| is_drawn(case, "landmarks.verumontanum")),
+                external_sphincter: (known.external_sphincter)
+                    .filter(|_| is_drawn(case, "landmarks.external_sphincter")),
+                ureteral_orifices: (known.ureteral_orifices).filter(|_| is_drawn(case, "landmarks.ureteral_orifices")),
+            },
+            material: Some(case.material.clone()),
+        }
+    }
+}
+
+/// Whether no rule filled in a field of a case.
+pub(crate) fn is_drawn(case: &Case, what: &str) -> bool {
+    !case.approximated.iter().any(|note| note.what == what)
+}
+
+const LEFT_OUT_RULE: &str = "left out: it reached beyond the capsule that was mended";
 
 /// The case of outlines by rising height; what they do not say by the rules of [`Case::complete`].
 pub(crate) fn case_of<'a>(
     outlines: impl Iterator<Item = CaseSlice<'a>>,
+    beside: &Beside,
     stack: &Stack,
     name: &str,
     source: CaseSource,
@@ -36,11 +72,18 @@ pub(crate) fn case_of<'a>(
     let mut approximated = stack.notes.clone();
     let slices = outlines.enumerate().map(|(index, outline)| {
         approximated.extend(outline.rule.map(|rule| note(format!("slices[{index}].capsule"), rule)));
+        let capsule = outline.capsule;
+        let is_inside = |drawn: &&Contour| drawn.iter().all(|place| contour::contains(capsule, *place));
+        let zone = outline.transition_zone.filter(is_inside);
+        if outline.transition_zone.is_some() && zone.is_none() {
+            approximated.push(note(format!("slices[{index}].transition_zone"), LEFT_OUT_RULE));
+        }
+        let drawn = outline.lumen.filter(is_inside).cloned();
         Slice {
             z: outline.z_mm,
-            capsule: outline.capsule.iter().map(round).collect(),
-            urethra: outline.urethra.map(|place| lumen(outline.capsule, place)),
-            transition_zone: None,
+            capsule: capsule.iter().map(round).collect(),
+            urethra: drawn.or_else(|| Some(lumen(capsule, outline.urethra?))),
+            transition_zone: zone.cloned(),
         }
     });
     let slices = slices.collect();
@@ -48,8 +91,8 @@ pub(crate) fn case_of<'a>(
         name: name.to_owned(),
         source,
         unit: Unit::Millimetre,
-        material: "palpation_5hz".into(),
-        landmarks: Landmarks::default(),
+        material: beside.material.clone().unwrap_or_else(|| "palpation_5hz".into()),
+        landmarks: beside.landmarks.clone(),
         approximated,
         slices,
     }

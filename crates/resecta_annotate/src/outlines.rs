@@ -1,11 +1,11 @@
 //! Outlines in somebody's hands: what was found in a stack, mended slice by slice, with every step to be undone.
 
 use glam::DVec2;
-use resecta_anatomy::{Approximation, Case, CaseRuleError, CaseSource, contour};
+use resecta_anatomy::{Case, CaseRuleError, CaseSource, Contour, contour};
 
 use crate::annotate::volume_ml;
 use crate::landmarks::{LANDMARKS, landmarks};
-use crate::outlined_case::{CaseSlice, case_of, found_rule, read_found_rule};
+use crate::outlined_case::{Beside, CaseSlice, case_of, found_rule, is_drawn, read_found_rule};
 use crate::{AnnotateError, AnnotatedSlice, Annotation, Flag, Gland, Model, Stack, Zone, annotate_slice};
 
 /// Landmarks to either side that follow one that is dragged, less and less.
@@ -80,6 +80,8 @@ fn noted(case: &Case, slice: usize, capsule: Vec<DVec2>) -> Outline {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Outlines {
     images: Vec<Drawing>,
+    /// What the case that was opened says beside its slices.
+    beside: Beside,
     done: Vec<Step>,
     undone: Vec<Step>,
     changes: u64,
@@ -91,6 +93,9 @@ struct Drawing {
     outline: Option<Outline>,
     /// Where the urethra passes, mm, where somebody knows.
     urethra: Option<DVec2>,
+    /// Its lumen and the transition zone, mm, where the case that was opened has them drawn.
+    lumen: Option<Contour>,
+    transition_zone: Option<Contour>,
 }
 
 /// What a step was on.
@@ -129,21 +134,27 @@ impl Outlines {
         outlines
     }
 
-    /// Those of a case made from the stack before: each goes to the image nearest in height. Also how many outlines of the
-    /// case no image is near to; these are left out.
+    /// Those of a case made from the stack before: each goes to the image nearest in height. What else is drawn in the case
+    /// (transition zone, lumen, landmarks) is kept as it is. Also how many outlines of the case no image is near to; these are
+    /// left out.
     pub fn of_case(stack: &Stack, case: &Case) -> (Outlines, usize) {
         let mut outlines = Outlines::none(stack);
+        outlines.beside = Beside::of(case);
         let mut left_out = 0;
         for (index, slice) in case.slices.iter().enumerate() {
             let place = stack.image_at(slice.z).filter(|image| outlines.of(*image).is_none());
             match (place, landmarks(&slice.capsule)) {
                 (Some(image), Some(capsule)) => {
-                    let by_rule = |note: &Approximation| note.what == format!("slices[{index}].urethra");
-                    let is_marked = !case.approximated.iter().any(by_rule);
-                    let marked = slice.urethra.as_ref().filter(|_| is_marked);
+                    let drawn = |what: &str, contour: &Option<Contour>| {
+                        let is_drawn = is_drawn(case, &format!("slices[{index}].{what}"));
+                        contour.clone().filter(|_| is_drawn)
+                    };
+                    let lumen = drawn("urethra", &slice.urethra);
                     outlines.images[image] = Drawing {
                         outline: Some(noted(case, index, capsule)),
-                        urethra: marked.map(|urethra| contour::centroid(urethra)),
+                        urethra: lumen.as_deref().map(contour::centroid),
+                        lumen,
+                        transition_zone: drawn("transition_zone", &slice.transition_zone),
                     };
                 }
                 _ => left_out += 1,
@@ -174,10 +185,10 @@ impl Outlines {
     /// Puts an outline on an image, or takes it away, as one step. `joined` makes it part of the step before if that was on
     /// the same image: a drag is one step.
     pub fn set(&mut self, image: usize, outline: Option<Outline>, joined: bool) {
-        let Some(urethra) = self.images.get(image).map(|drawing| drawing.urethra) else {
+        let Some(drawing) = self.images.get(image).cloned() else {
             return;
         };
-        self.draw(image, Drawing { outline, urethra }, joined);
+        self.draw(image, Drawing { outline, ..drawing }, joined);
     }
 
     /// Where the urethra passes in an image, mm, where somebody marked it.
@@ -188,15 +199,16 @@ impl Outlines {
     /// Marks where the urethra passes in an image, mm, or takes the mark away. Between marks it runs straight; without any it
     /// is put in by rule. Whether it was taken: a place outside the image's outline is not.
     pub fn mark_urethra(&mut self, image: usize, place: Option<DVec2>) -> bool {
-        let Some(outline) = self.of(image).cloned() else {
+        let Some(outline) = self.of(image) else {
             return false;
         };
         if place.is_some_and(|place| !contour::contains(&outline.capsule, place)) {
             return false;
         }
         let drawing = Drawing {
-            outline: Some(outline),
             urethra: place,
+            lumen: None,
+            ..self.images[image].clone()
         };
         self.draw(image, drawing, false);
         true
@@ -319,7 +331,7 @@ impl Outlines {
             };
             let drawing = Drawing {
                 outline: Some(mended),
-                urethra: self.urethra(image),
+                ..self.images[image].clone()
             };
             drawings.push((image, drawing));
         }
@@ -404,8 +416,9 @@ impl Outlines {
         }))
     }
 
-    /// The case of the outlines: everything but the capsule by the rules of [`Case::complete`]. Where an outline was not drawn by
-    /// anybody, [`Case::approximated`] says so.
+    /// The case of the outlines: everything but the capsule, and what a case that was opened has drawn, by the rules of
+    /// [`Case::complete`]. Where an outline was not drawn by anybody, [`Case::approximated`] says so, and where a transition zone is
+    /// left out since it reaches beyond the capsule that was mended.
     ///
     /// # Errors
     ///
@@ -418,9 +431,11 @@ impl Outlines {
                 capsule: &outline.capsule,
                 rule: outline.rule(image),
                 urethra: self.urethra(image),
+                lumen: self.images[image].lumen.as_ref(),
+                transition_zone: self.images[image].transition_zone.as_ref(),
             })
         });
-        case_of(slices, stack, name, source)
+        case_of(slices, &self.beside, stack, name, source)
     }
 
     /// Changes the outline of an image by hand; one that comes out with a place that is no number is not taken.
@@ -668,6 +683,51 @@ mod tests {
         );
         let (back, _) = Outlines::of_case(&stack(), &case);
         assert_eq!((back.urethra(2), back.urethra(1).is_some()), (None, true));
+    }
+
+    #[test]
+    fn what_is_drawn_beside_the_outlines_of_a_case_that_is_opened_stays() {
+        let source = CaseSource {
+            description: "test".into(),
+            licence: "CC0-1.0".into(),
+        };
+        let made = ringed().to_case(&stack(), "rings", source.clone()).expect("a case");
+        let at = |radius: f64| -> Contour {
+            let corners = (0..24).map(|corner| DVec2::from_angle(std::f64::consts::TAU * f64::from(corner) / 24.0));
+            corners.map(|corner| radius * corner).collect()
+        };
+        let mut drawn = made.clone();
+        for slice in &mut drawn.slices[1..4] {
+            slice.transition_zone = Some(at(9.0));
+        }
+        drawn.slices[2].urethra = Some(at(2.5));
+        let known = glam::DVec3::new(0.0, 3.0, 6.0);
+        drawn.landmarks.verumontanum = Some(known);
+        drawn.material = "some_other".into();
+        drawn.approximated.retain(|note| {
+            let is_known = ["slices[2].urethra", "landmarks.verumontanum"].contains(&note.what.as_str());
+            !is_known && !note.what.ends_with(".transition_zone")
+        });
+        let (mut outlines, _) = Outlines::of_case(&stack(), &drawn);
+        outlines.scale(2, 1.1, false);
+        let saved = outlines.to_case(&stack(), "again", source.clone()).expect("a case");
+        for slice in [1, 2, 3] {
+            assert_eq!(saved.slices[slice].transition_zone, Some(at(9.0)));
+        }
+        assert_eq!(saved.slices[0].transition_zone, None, "left empty on purpose");
+        assert_eq!(saved.slices[2].urethra, Some(at(2.5)));
+        assert_eq!(saved.landmarks.verumontanum, Some(known));
+        assert_eq!(saved.material, "some_other");
+        let by_rule = |case: &Case, what: &str| case.approximated.iter().any(|note| note.what == what);
+        assert!(!by_rule(&saved, "landmarks.verumontanum") && by_rule(&saved, "landmarks.bladder_neck"));
+
+        // Beyond the capsule it would be no transition zone; a place that is marked is the urethra's from then on.
+        outlines.scale(2, 0.5, false);
+        outlines.mark_urethra(2, Some(DVec2::X));
+        let saved = outlines.to_case(&stack(), "again", source).expect("a case");
+        assert_eq!(saved.slices[2].transition_zone, None);
+        assert!(by_rule(&saved, "slices[2].transition_zone") && !by_rule(&saved, "slices[1].transition_zone"));
+        assert!(contour::centroid(saved.slices[2].urethra.as_ref().unwrap()).distance(DVec2::X) < 0.01);
     }
 
     #[test]

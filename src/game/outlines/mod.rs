@@ -194,7 +194,7 @@ fn finish_work(mut editor: ResMut<Editor>) {
     };
     editor.work = None;
     match finished {
-        Finished::Opened(Ok(opened)) => editor.take(opened),
+        Finished::Opened(Ok(opened)) => editor.take(*opened),
         Finished::Opened(Err(error)) | Finished::Searched { found: Err(error), .. } => editor.tell(error, true),
         Finished::Searched {
             image,

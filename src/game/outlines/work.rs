@@ -93,7 +93,7 @@ pub enum Work {
 
 /// What came of it.
 pub enum Finished {
-    Opened(Result<Opened, String>),
+    Opened(Result<Box<Opened>, String>),
     Searched {
         image: usize,
         found: Result<Outline, String>,
@@ -122,7 +122,10 @@ impl Work {
     /// What came of it, once it is done.
     pub fn poll(&mut self) -> Option<Finished> {
         match self {
-            Self::Opening { task, .. } => block_on(poll_once(task)).map(Finished::Opened),
+            Self::Opening { task, .. } => {
+                let opened = block_on(poll_once(task))?;
+                Some(Finished::Opened(opened.map(Box::new)))
+            }
             Self::Searching { image, task } => {
                 let found = block_on(poll_once(task))?;
                 Some(Finished::Searched { image: *image, found })
