@@ -3,10 +3,11 @@
 //! A stack shows one gland. Fitted whole, clear slices help unclear ones, and where apex and base lie is found with the rest.
 
 use glam::{DVec2, DVec3};
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use crate::landmarks::{LANDMARKS, landmarks};
-use crate::principal::Modes;
+use crate::principal::{Modes, WEIGHT_LIMIT};
 use crate::section::moments;
 
 /// Levels of the model, evenly from one end to the other.
@@ -214,13 +215,21 @@ impl GlandModel {
         weights
     }
 
-    /// How far a gland is along each mode, in standard deviations, by its outlines in the plane alone, wherever it lies:
-    /// images do not move for somebody who shapes it.
+    /// The weights, in standard deviations and within [`WEIGHT_LIMIT`], that come nearest to a gland's outlines in the plane alone,
+    /// wherever it lies: images do not move for somebody who shapes it. Without the height modes are not square to each other,
+    /// so all weights are found at once, by least squares.
     pub fn plane_weights(&self, gland: &Gland) -> Vec<f64> {
         let (middle, size) = gland.pose();
-        let mut vector = gland.vector(middle, size);
-        vector.pop();
-        self.shape.weights_of(&vector)
+        let vector = gland.vector(middle, size);
+        let (count, length) = (self.shape.modes.len(), 2 * LEVELS * LANDMARKS);
+        let modes = DMatrix::from_fn(length, count, |row, mode| self.shape.modes[mode][row]);
+        let away = DVector::from_fn(length, |row, _| vector[row] - self.shape.mean[row]);
+        let weights = (modes.tr_mul(&modes).cholesky()).map(|squares| squares.solve(&modes.tr_mul(&away)));
+        let weights = weights.unwrap_or_else(|| DVector::zeros(count));
+        weights
+            .iter()
+            .map(|weight| weight.clamp(-WEIGHT_LIMIT, WEIGHT_LIMIT))
+            .collect()
     }
 
     /// A gland with the weight of a mode grown by so many standard deviations, its ends where they were; none where there is

@@ -567,6 +567,9 @@ mod tests {
             weights[0],
             nudged[0]
         );
+        for (mode, (before, after)) in weights.iter().zip(&nudged).enumerate().skip(1) {
+            assert!((after - before).abs() < 0.3, "mode {mode}: {before} {after}");
+        }
         let accepted = outlines.of(1).unwrap();
         assert_eq!((accepted.origin, accepted.flags.len()), (Origin::Drawn, 0));
         let flagged = outlines.of(2).unwrap();

@@ -71,8 +71,7 @@ impl Modes {
         vector
     }
 
-    /// The weights, in standard deviations and within [`WEIGHT_LIMIT`], that come nearest to a vector. One that ends early is
-    /// compared as far as it goes, mode by mode.
+    /// The weights, in standard deviations and within [`WEIGHT_LIMIT`], that come nearest to a vector.
     pub fn weights_of(&self, vector: &[f64]) -> Vec<f64> {
         self.modes
             .iter()
