@@ -217,19 +217,16 @@ impl GlandModel {
 
     /// The weights, in standard deviations and within [`WEIGHT_LIMIT`], that come nearest to a gland's outlines in the plane alone,
     /// wherever it lies: images do not move for somebody who shapes it. Without the height modes are not square to each other,
-    /// so all weights are found at once, by least squares.
-    pub fn plane_weights(&self, gland: &Gland) -> Vec<f64> {
+    /// so all weights are found at once, by least squares; none where two modes differ in the height alone.
+    pub fn plane_weights(&self, gland: &Gland) -> Option<Vec<f64>> {
         let (middle, size) = gland.pose();
         let vector = gland.vector(middle, size);
         let (count, length) = (self.shape.modes.len(), 2 * LEVELS * LANDMARKS);
         let modes = DMatrix::from_fn(length, count, |row, mode| self.shape.modes[mode][row]);
         let away = DVector::from_fn(length, |row, _| vector[row] - self.shape.mean[row]);
-        let weights = (modes.tr_mul(&modes).cholesky()).map(|squares| squares.solve(&modes.tr_mul(&away)));
-        let weights = weights.unwrap_or_else(|| DVector::zeros(count));
-        weights
-            .iter()
-            .map(|weight| weight.clamp(-WEIGHT_LIMIT, WEIGHT_LIMIT))
-            .collect()
+        let weights = modes.tr_mul(&modes).cholesky()?.solve(&modes.tr_mul(&away));
+        let within = weights.iter().map(|weight| weight.clamp(-WEIGHT_LIMIT, WEIGHT_LIMIT));
+        Some(within.collect())
     }
 
     /// A gland with the weight of a mode grown by so many standard deviations, its ends where they were; none where there is

@@ -295,16 +295,16 @@ impl Outlines {
         });
     }
 
-    /// How far the outlines together are along each mode of the whole gland's model, in standard deviations; none where fewer
-    /// than three images have one.
+    /// How far the outlines together are along each mode of the whole gland's model, in standard deviations from -3 to 3; none
+    /// where fewer than three images have one.
     pub fn gland_weights(&self, stack: &Stack, model: &Model) -> Option<Vec<f64>> {
-        let gland = self.gland(stack)?;
-        Some(model.gland.plane_weights(&gland))
+        model.gland.plane_weights(&self.gland(stack)?)
     }
 
     /// Adds to the weight of a mode of the whole gland's model, in its standard deviations: the outline of every image changes
     /// as the gland does at its height. What the model cannot say of them stays as it is, and so do the gland's ends: how much
-    /// longer a mode makes it is left out. Outlines that are flagged stay so: nobody has looked at each.
+    /// longer a mode makes it is left out. Nothing happens where there is no such mode, or fewer than three outlines. Those that
+    /// are flagged stay so: nobody has looked at each.
     pub fn nudge_gland(&mut self, stack: &Stack, model: &Model, mode: usize, by: f64, joined: bool) {
         let Some(gland) = self.gland(stack) else { return };
         let Some(shaped) = model.gland.shaped(&gland, mode, by) else {
