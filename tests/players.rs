@@ -4,8 +4,9 @@ use std::fs;
 
 use resecta::{
     assets,
+    instrument::InstrumentState,
     players::{self, Player, PlayersPlugin},
-    scenario::{Condition, Library, LoadedExercise, MetricId, Part, Report},
+    scenario::{ClockRange, Condition, Library, LoadedExercise, LoopClearance, MetricId, Part, Report, RunState},
     testing::Trial,
     tissue::CutDetail,
 };
@@ -52,6 +53,33 @@ fn both_cut_and_only_the_careless_go_below_the_verumontanum_and_waste_current() 
     assert!(ours == 0.0 && theirs > 0.0, "careful {ours}, careless {theirs}");
     let (ours, theirs) = of(MetricId::CurrentWithoutContact);
     assert!(ours < theirs, "careful {ours}, careless {theirs}");
+}
+
+#[test]
+fn the_careful_cut_only_while_the_loop_is_off_the_capsule() {
+    let mut loaded = shortened(60.0, 0.3);
+    // Low at the side the adenoma lies next to the capsule.
+    loaded.exercise.marked.clock = Some(ClockRange { from: 3.0, to: 5.0 });
+    let off_mm = Player::Careful.manner().lets_go_at_capsule_mm;
+    let mut trial = Trial::new(PlayersPlugin);
+    trial.start(loaded).unwrap();
+    players::seat(trial.app.world_mut(), Player::Careful);
+    let (mut before_mm, mut at_capsule, mut cutting) = (f32::INFINITY, 0, 0);
+    while trial.state() == RunState::Running {
+        trial.steps(1);
+        let state = trial.on_instrument::<InstrumentState>().unwrap();
+        if state.cut {
+            cutting += 1;
+            assert!(before_mm > off_mm, "cuts {before_mm} mm from the capsule");
+        }
+        let clearance = trial.on_instrument::<LoopClearance>().unwrap();
+        before_mm = clearance.capsule_mm.expect("a gland has a capsule");
+        at_capsule += u32::from(before_mm <= off_mm);
+    }
+    assert!(
+        at_capsule > 0 && cutting > 100,
+        "{at_capsule} steps there, {cutting} of cutting"
+    );
 }
 
 /// Minutes of simulation: for when score, players or tissue change.

@@ -3,8 +3,8 @@
 //! say so.
 //!
 //! They know what a person at the game knows, and no more: the case's slices and landmarks (the plan in `plan.rs` is made of them
-//! before the run), where their own hands hold the instrument, whether the loop is in tissue, the pressure on the panel, how clear
-//! the view is, and the bleeders that the lens has before it (`senses.rs`). They move the instrument through
+//! before the run), where their own hands hold the instrument, whether the loop is in tissue, the pressure on the panel, how far
+//! the loop is from the capsule, how clear the view is, and the bleeders that the lens has before it (`senses.rs`). They move the instrument through
 //! [`InstrumentRequest`](resecta_instrument::InstrumentRequest), as anybody's system may. What sets them apart are the numbers of
 //! a [`Manner`]. They are no model of a surgeon.
 //!
@@ -20,7 +20,7 @@ use resecta_instrument::{InstrumentSource, InstrumentSystems};
 use resecta_scenario::{ActiveExercise, Demonstration};
 
 pub use plan::{Manner, Stroke};
-use play::Play;
+pub(crate) use play::Play;
 
 /// Who plays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

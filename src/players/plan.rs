@@ -19,6 +19,10 @@ pub struct Manner {
     pub inside_capsule_mm: f64,
     /// How far above the verumontanum they end; negative is below.
     pub above_verumontanum_mm: f64,
+    /// The same in front, where tissue of the sphincter is drawn along and there is no mound to see.
+    pub above_verumontanum_in_front_mm: f64,
+    /// How near to the capsule, as the game tells it, the wire is when the foot leaves the pedal; negative where nobody minds.
+    pub lets_go_at_capsule_mm: f32,
     /// Whether strokes keep to the heights and the depth that the exercise marks.
     pub keeps_to_marks: bool,
     /// How many sectors of the gland are operated, of four: the front comes last.
@@ -45,6 +49,8 @@ impl Manner {
             inside_adenoma_mm: -1.5,
             inside_capsule_mm: 2.0,
             above_verumontanum_mm: 2.0,
+            above_verumontanum_in_front_mm: 6.0,
+            lets_go_at_capsule_mm: 0.5,
             keeps_to_marks: true,
             sectors: 4,
             rounds: 1,
@@ -63,6 +69,8 @@ impl Manner {
             inside_adenoma_mm: -2.0,
             inside_capsule_mm: -1.0,
             above_verumontanum_mm: -5.0,
+            above_verumontanum_in_front_mm: -5.0,
+            lets_go_at_capsule_mm: -1.0,
             keeps_to_marks: false,
             sectors: 3,
             rounds: 2,
@@ -87,6 +95,8 @@ pub struct Stroke {
 /// Sectors of the clock in the order of an operation, each with the hour that it begins and the one that it ends at: the middle
 /// lobe, then either side downwards, then the front.
 const SECTORS: [(f64, f64); 4] = [(5.0, 7.0), (1.5, 5.0), (10.5, 7.0), (10.5, 13.5)];
+/// The front among them.
+const FRONT: usize = 3;
 /// Longest way of one stroke: less than the loop's.
 const LONGEST_MM: f64 = 26.0;
 /// Shortest that is worth one.
@@ -168,10 +178,14 @@ pub(super) fn strokes(case: &Case, marked: &Marked, manner: &Manner) -> Vec<(usi
         return Vec::new();
     };
     let outlines = Outlines::new(case);
-    let bottom_z = verumontanum.z + manner.above_verumontanum_mm;
-    let top_z = case.slices.last().map_or(bottom_z, |slice| slice.z);
     let mut strokes = Vec::new();
     for (sector, (begin, end)) in SECTORS.into_iter().enumerate().take(manner.sectors) {
+        let above_mm = match sector {
+            FRONT => manner.above_verumontanum_in_front_mm,
+            _ => manner.above_verumontanum_mm,
+        };
+        let bottom_z = verumontanum.z + above_mm;
+        let top_z = case.slices.last().map_or(bottom_z, |slice| slice.z);
         for layer in 1..20 {
             let depth_mm = f64::from(layer) * manner.layer_mm;
             let mut any = false;
@@ -290,6 +304,27 @@ mod tests {
         );
         let (lowest, inside_mm) = nearest(&case, &Manner::careless());
         assert!(lowest < verumontanum_z && inside_mm < 0.0, "{lowest}, {inside_mm}");
+    }
+
+    #[test]
+    fn strokes_end_further_from_the_sphincter_in_front() {
+        let (case, manner) = (medium(), Manner::careful());
+        let verumontanum_z = case.landmarks.verumontanum.unwrap().z;
+        let plan = strokes(&case, &adenoma(), &manner);
+        let lowest = |is_wanted: fn(usize) -> bool| {
+            let strokes = plan.iter().filter(|(sector, _)| is_wanted(*sector));
+            let ends = strokes.filter_map(|(_, stroke)| Some(stroke.way.last()?.z - verumontanum_z));
+            ends.fold(f64::INFINITY, f64::min)
+        };
+        for (above_mm, lowest_mm) in [
+            (manner.above_verumontanum_mm, lowest(|sector| sector != FRONT)),
+            (manner.above_verumontanum_in_front_mm, lowest(|sector| sector == FRONT)),
+        ] {
+            assert!(
+                (above_mm..above_mm + STEP_MM).contains(&lowest_mm),
+                "{lowest_mm} for {above_mm}"
+            );
+        }
     }
 
     #[test]

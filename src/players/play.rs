@@ -3,7 +3,7 @@
 use bevy::{math::DVec3, prelude::*};
 use resecta_anatomy::Case;
 use resecta_instrument::{InstrumentPlayback, InstrumentRequest, InstrumentState, Resectoscope};
-use resecta_scenario::{Exercise, RunState};
+use resecta_scenario::{Exercise, LoopClearance, RunState};
 
 use super::{
     hand::{approach, hold, is_at},
@@ -17,8 +17,8 @@ const LIFT_MM: f32 = 4.0;
 const LET_GO_STEPS: u32 = 3;
 /// How long a bleeder is pressed at most, s, and how far the loop may sink in before it is given up, mm.
 const PRESS_S: f32 = 1.5;
-/// How long it is pressed at least, s: a vessel closes after half a second of current.
-const PRESS_LEAST_S: f32 = 0.6;
+/// How long it is pressed at least, s: a vessel closes after half a second of current, and what follows burns what no longer bleeds.
+const PRESS_LEAST_S: f32 = 0.53;
 const SINK_MM: f32 = 5.0;
 /// How fast it sinks in, mm/s: until it meets tissue where the bleeder was seen, and from there on, while it still bleeds.
 const SINK_MM_PER_S: f32 = 12.0;
@@ -71,7 +71,8 @@ enum Doing {
 
 /// A scripted player at an instrument.
 #[derive(Component, Debug, Clone)]
-pub(super) struct Play {
+#[require(LoopClearance)]
+pub(crate) struct Play {
     manner: Manner,
     /// Whether the exercise asks for tissue: else the strokes are only where it looks for bleeders.
     cuts: bool,
@@ -86,7 +87,7 @@ pub(super) struct Play {
     searches: u32,
     steps_without_tissue: u32,
     is_inflow_shut: bool,
-    /// Middles of the urethra by height, 1 mm apart from `middles_from` on.
+    /// Middles of the urethra by height, 1 mm apart.
     middles: Vec<DVec3>,
     neck: Vec3,
 }
@@ -143,6 +144,7 @@ impl Play {
         &mut self,
         now: &InstrumentState,
         scope: &Resectoscope,
+        clearance: &LoopClearance,
         senses: &mut Senses,
         step_s: f32,
     ) -> InstrumentState {
@@ -212,7 +214,10 @@ impl Play {
                     1.0,
                     step_s,
                 );
-                next.cut = !manner.current_in_tissue || self.steps_without_tissue < LET_GO_STEPS;
+                let is_off_capsule =
+                    (clearance.capsule_mm).is_none_or(|capsule_mm| capsule_mm > manner.lets_go_at_capsule_mm);
+                let is_wanted = !manner.current_in_tissue || self.steps_without_tissue < LET_GO_STEPS;
+                next.cut = is_wanted && is_off_capsule;
                 next
             }
             Doing::Look(waited_s) => {
@@ -393,6 +398,7 @@ pub(super) fn play(
         &mut Play,
         &Resectoscope,
         &InstrumentState,
+        &LoopClearance,
         &mut InstrumentRequest,
         &mut InstrumentPlayback,
     )>,
@@ -400,8 +406,8 @@ pub(super) fn play(
     if *state != RunState::Running {
         return;
     }
-    for (mut play, scope, now, mut request, mut playback) in &mut players {
-        request.0 = play.step(now, scope, &mut senses, time.delta_secs());
+    for (mut play, scope, now, clearance, mut request, mut playback) in &mut players {
+        request.0 = play.step(now, scope, clearance, &mut senses, time.delta_secs());
         playback.over = play.doing == Doing::Done;
     }
 }

@@ -39,7 +39,10 @@ use super::{
     overlay::shadowed,
     palette, settings,
 };
-use crate::view::{EndoscopeCamera, OutsideCamera, ViewSystems};
+use crate::{
+    players::Play,
+    view::{EndoscopeCamera, OutsideCamera, ViewSystems},
+};
 
 /// How long it is told what the key did, s.
 const TOLD_S: f32 = 2.0;
@@ -153,18 +156,19 @@ fn choose(
     shown.told_s = (shown.told_s - time.delta_secs()).max(0.0);
 }
 
-/// Has the loop's distances measured while they are shown, and no longer.
+/// Has the loop's distances measured while they are shown, and no longer; a scripted player asks for them on its own.
 fn ask(
     shown: Res<Shown>,
     active: Option<Res<ActiveExercise>>,
-    asked: Query<Entity, With<LoopClearance>>,
+    asked: Query<(Entity, Has<Play>), With<LoopClearance>>,
     instruments: Query<(), With<Resectoscope>>,
     mut commands: Commands,
 ) {
     let reads = shown.parts.distances > 0.0 || shown.parts.slice > 0.0;
     let wanted = active.map(|active| active.instrument);
     let wanted = wanted.filter(|&instrument| reads && instruments.contains(instrument));
-    for entity in asked.iter().filter(|&entity| Some(entity) != wanted) {
+    let is_vain = |(entity, is_players): &(Entity, bool)| Some(*entity) != wanted && !is_players;
+    for (entity, _) in asked.iter().filter(is_vain) {
         commands.entity(entity).remove::<LoopClearance>();
     }
     if let Some(instrument) = wanted.filter(|&instrument| !asked.contains(instrument)) {
