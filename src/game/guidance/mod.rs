@@ -303,7 +303,32 @@ fn tell(
 
 #[cfg(test)]
 mod tests {
+    use bevy::ecs::system::RunSystemOnce;
+
     use super::*;
+    use crate::{
+        players::{self, Player, PlayersPlugin},
+        testing::Trial,
+    };
+
+    #[test]
+    fn distances_that_nobody_is_shown_are_measured_for_a_scripted_player_alone() {
+        let mut trial = Trial::new(PlayersPlugin);
+        trial.start("first_cuts").unwrap();
+        let instrument = trial.active().instrument;
+        let world = trial.app.world_mut();
+        world.init_resource::<Shown>();
+        for (parts, is_seated) in [(Parts::NONE, false), (Parts::ALL, false), (Parts::NONE, true)] {
+            world.resource_mut::<Shown>().parts = parts;
+            world.entity_mut(instrument).insert(LoopClearance::default());
+            if is_seated {
+                players::seat(world, Player::Careful);
+            }
+            world.run_system_once(ask).unwrap();
+            let is_measured = world.get::<LoopClearance>(instrument).is_some();
+            assert_eq!(is_measured, parts == Parts::ALL || is_seated, "{parts:?}");
+        }
+    }
 
     #[test]
     fn three_presses_lead_back_and_all_is_all_for_everyone() {
