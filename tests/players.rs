@@ -60,7 +60,7 @@ fn the_careful_cut_only_while_the_loop_is_off_the_capsule() {
     let mut loaded = shortened(60.0, 0.3);
     // Low at the side the adenoma lies next to the capsule.
     loaded.exercise.marked.clock = Some(ClockRange { from: 3.0, to: 5.0 });
-    let off_mm = Player::Careful.manner().lets_go_at_capsule_mm;
+    let off_mm = Player::Careful.manner().lets_go_at_capsule_mm.unwrap();
     let mut trial = Trial::new(PlayersPlugin);
     trial.start(loaded).unwrap();
     players::seat(trial.app.world_mut(), Player::Careful);

@@ -3,8 +3,9 @@
 //! say so.
 //!
 //! They know what a person at the game knows, and no more: the case's slices and landmarks (the plan in `plan.rs` is made of them
-//! before the run), where their own hands hold the instrument, whether the loop is in tissue, the pressure on the panel, how far
-//! the loop is from the capsule, how clear the view is, and the bleeders that the lens has before it (`senses.rs`). They move the instrument through
+//! before the run), where their own hands hold the instrument, whether the loop is in tissue and how far it is
+//! from the capsule, the pressure on the panel, how clear the view is, and the bleeders that the lens has before it (`senses.rs`).
+//! They move the instrument through
 //! [`InstrumentRequest`](resecta_instrument::InstrumentRequest), as anybody's system may. What sets them apart are the numbers of
 //! a [`Manner`]. They are no model of a surgeon.
 //!
@@ -17,7 +18,7 @@ mod senses;
 
 use bevy::prelude::*;
 use resecta_instrument::{InstrumentSource, InstrumentSystems};
-use resecta_scenario::{ActiveExercise, Demonstration};
+use resecta_scenario::{ActiveExercise, Demonstration, LoopClearance};
 
 pub use plan::{Manner, Stroke};
 pub(crate) use play::Play;
@@ -58,9 +59,14 @@ pub fn seat(world: &mut World, player: Player) {
     let Some(active) = world.get_resource::<ActiveExercise>() else {
         return;
     };
-    let instrument = active.instrument;
-    let play = Play::new(player.manner(), &active.case, &active.exercise);
-    world.entity_mut(instrument).insert((InstrumentSource::Requests, play));
+    let (instrument, manner) = (active.instrument, player.manner());
+    let play = Play::new(manner, &active.case, &active.exercise);
+    let mut instrument = world.entity_mut(instrument);
+    instrument.insert((InstrumentSource::Requests, play));
+    // Measured in every step: only for who minds.
+    if manner.lets_go_at_capsule_mm.is_some() {
+        instrument.insert(LoopClearance::default());
+    }
 }
 
 /// Hands the instrument of the exercise in play to what shows it; false where nothing does. The run ends when it is done.

@@ -21,8 +21,8 @@ pub struct Manner {
     pub above_verumontanum_mm: f64,
     /// The same in front, where tissue of the sphincter is drawn along and there is no mound to see.
     pub above_verumontanum_in_front_mm: f64,
-    /// How near to the capsule, as the game tells it, the wire is when the foot leaves the pedal; negative where nobody minds.
-    pub lets_go_at_capsule_mm: f32,
+    /// How near to the capsule, as the game tells it, the wire is when the foot leaves the pedal; none where nobody minds.
+    pub lets_go_at_capsule_mm: Option<f32>,
     /// Whether strokes keep to the heights and the depth that the exercise marks.
     pub keeps_to_marks: bool,
     /// How many sectors of the gland are operated, of four: the front comes last.
@@ -50,7 +50,7 @@ impl Manner {
             inside_capsule_mm: 2.0,
             above_verumontanum_mm: 2.0,
             above_verumontanum_in_front_mm: 6.0,
-            lets_go_at_capsule_mm: 0.5,
+            lets_go_at_capsule_mm: Some(0.5),
             keeps_to_marks: true,
             sectors: 4,
             rounds: 1,
@@ -70,7 +70,7 @@ impl Manner {
             inside_capsule_mm: -1.0,
             above_verumontanum_mm: -5.0,
             above_verumontanum_in_front_mm: -5.0,
-            lets_go_at_capsule_mm: -1.0,
+            lets_go_at_capsule_mm: None,
             keeps_to_marks: false,
             sectors: 3,
             rounds: 2,
@@ -95,7 +95,7 @@ pub struct Stroke {
 /// Sectors of the clock in the order of an operation, each with the hour that it begins and the one that it ends at: the middle
 /// lobe, then either side downwards, then the front.
 const SECTORS: [(f64, f64); 4] = [(5.0, 7.0), (1.5, 5.0), (10.5, 7.0), (10.5, 13.5)];
-/// The front among them.
+/// Which of them is the front.
 const FRONT: usize = 3;
 /// Longest way of one stroke: less than the loop's.
 const LONGEST_MM: f64 = 26.0;

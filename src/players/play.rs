@@ -71,7 +71,6 @@ enum Doing {
 
 /// A scripted player at an instrument.
 #[derive(Component, Debug, Clone)]
-#[require(LoopClearance)]
 pub(crate) struct Play {
     manner: Manner,
     /// Whether the exercise asks for tissue: else the strokes are only where it looks for bleeders.
@@ -144,7 +143,7 @@ impl Play {
         &mut self,
         now: &InstrumentState,
         scope: &Resectoscope,
-        clearance: &LoopClearance,
+        clearance: Option<&LoopClearance>,
         senses: &mut Senses,
         step_s: f32,
     ) -> InstrumentState {
@@ -214,8 +213,9 @@ impl Play {
                     1.0,
                     step_s,
                 );
-                let is_off_capsule =
-                    (clearance.capsule_mm).is_none_or(|capsule_mm| capsule_mm > manner.lets_go_at_capsule_mm);
+                let capsule_mm = clearance.and_then(|clearance| clearance.capsule_mm);
+                let limit = manner.lets_go_at_capsule_mm.zip(capsule_mm);
+                let is_off_capsule = limit.is_none_or(|(least_mm, capsule_mm)| capsule_mm > least_mm);
                 let is_wanted = !manner.current_in_tissue || self.steps_without_tissue < LET_GO_STEPS;
                 next.cut = is_wanted && is_off_capsule;
                 next
@@ -398,7 +398,7 @@ pub(super) fn play(
         &mut Play,
         &Resectoscope,
         &InstrumentState,
-        &LoopClearance,
+        Option<&LoopClearance>,
         &mut InstrumentRequest,
         &mut InstrumentPlayback,
     )>,
