@@ -45,6 +45,34 @@ fn pictures_show_both_views_and_change_nothing() {
 }
 
 #[test]
+fn a_run_by_a_scripted_player_has_pictures_too() {
+    if no_driver() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    write(
+        folder.path(),
+        "test.exercise.ron",
+        EXERCISE.replace("time_s: 3", "time_s: 1"),
+    );
+    let arguments = [
+        "run",
+        "test.exercise.ron",
+        "--player",
+        "careful",
+        "--frames",
+        "1",
+        "--out",
+        "out",
+    ];
+    succeed(folder.path(), arguments);
+    let out = folder.path().join("out");
+    assert!(out.join("endoscope_000.png").is_file());
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("At the end"), "no key moments");
+}
+
+#[test]
 fn a_patient_who_lies_elsewhere_looks_the_same() {
     if no_driver() {
         return;

@@ -92,6 +92,13 @@ enum Hands {
 }
 
 impl Hands {
+    /// Adds what moves them: before the app's plugins are finished.
+    fn add_plugins(&self, app: &mut App) {
+        if let Hands::Player(_) = self {
+            app.add_plugins(PlayersPlugin);
+        }
+    }
+
     /// Starts the exercise in their hands.
     fn start(self, app: &mut App, prepared: PreparedExercise) {
         match self {
@@ -99,7 +106,6 @@ impl Hands {
                 headless::start(app, prepared, source);
             }
             Hands::Player(player) => {
-                app.add_plugins(PlayersPlugin);
                 headless::start(app, prepared, InstrumentSource::Requests);
                 players::seat(app.world_mut(), player);
             }
@@ -129,6 +135,7 @@ impl Run {
             quiet_log(&mut app);
         }
         app.add_plugins(RecorderPlugin);
+        input.add_plugins(&mut app);
         let longest_s = loaded.exercise.limits.time_s.min(duration_s(&input));
         input.clone().start(&mut app, prepared);
         records::record_run(app.world_mut(), self.input.who(&loaded));
@@ -188,6 +195,7 @@ impl Run {
             steps: report.run.steps,
             moments: moments.iter().map(|moment| (name(moment), step(moment))).collect(),
         });
+        input.add_plugins(&mut app);
         Pictures::warm_up(&mut app)?;
         input.start(&mut app, loaded.prepare()?);
         let progress = progress_bar("steps for pictures", report.run.steps);
