@@ -1,5 +1,5 @@
 //! Pictures of the endoscope's view at key moments of a run, for the debriefing: the first cut, the one nearest to the capsule,
-//! the worst bleeding.
+//! the worst bleeding. Where tissue lies before the lens then, the picture waits for it to come free.
 
 use bevy::{
     asset::RenderAssetUsages,
@@ -15,12 +15,17 @@ use resecta_scenario::{ActiveExercise, Metrics};
 use resecta_tissue::{Tissue, TissueResected};
 
 use super::flow::{GameFlow, Phase};
-use crate::{key_pictures::BLEEDING_ML_PER_S, view::EndoscopeCamera};
+use crate::{
+    key_pictures::BLEEDING_ML_PER_S,
+    view::{EndoscopeCamera, PICTURE_WAITS_S, Veil},
+};
 
 /// Side of a kept picture, pixels, at most.
 const SIDE: usize = 360;
 /// Simulated time between two pictures, s: reading the window back takes a part of a frame.
 const APART_S: f64 = 1.5;
+// What waits for a clear lens has its picture before the next one is noticed.
+const _: () = assert!(PICTURE_WAITS_S < APART_S);
 /// How much nearer to the capsule than before a cut must come for another picture, mm.
 const NEARER_MM: f64 = 1.0;
 /// How many times worse than before it must be for another.
@@ -62,6 +67,8 @@ pub struct Kept {
 #[derive(Resource, Debug, Default)]
 pub struct Moments {
     kept: [Option<Kept>; 3],
+    /// What was noticed, in words and when, and has no picture yet.
+    waiting: Option<(Moment, String, f64)>,
     last_s: Option<f64>,
     nearest_mm: Option<f64>,
     worst_ml_per_s: f64,
@@ -82,7 +89,7 @@ fn watch(
     active: Option<Res<ActiveExercise>>,
     metrics: Res<Metrics>,
     tissues: Query<&Tissue>,
-    cameras: Query<&Camera, With<EndoscopeCamera>>,
+    cameras: Query<(&Camera, &Veil), With<EndoscopeCamera>>,
     windows: Query<&Window, With<PrimaryWindow>>,
     mut resections: MessageReader<TissueResected>,
     mut textures: ResMut<EguiUserTextures>,
@@ -102,10 +109,18 @@ fn watch(
     };
     let nearest_mm = nearest_cut(&active, &tissues, &mut resections);
     let now_s = metrics.elapsed_s();
-    let Some(moment) = moments.notice(now_s, nearest_mm, metrics.water.blood_ml) else {
+    if let Some(moment) = moments.notice(now_s, nearest_mm, metrics.water.blood_ml) {
+        let words = match moment {
+            Moment::FirstCut => "First cut".to_owned(),
+            Moment::NearestCut => format!("Nearest to the capsule: {:.1} mm", moments.nearest_mm.unwrap_or(0.0)),
+            Moment::WorstBleeding => format!("Worst bleeding: {:.1} ml/s", moments.worst_ml_per_s),
+        };
+        moments.waiting = Some((moment, words, now_s));
+    }
+    let (Ok(window), Ok((camera, veil))) = (windows.single(), cameras.single()) else {
         return;
     };
-    let (Ok(window), Ok(camera)) = (windows.single(), cameras.single()) else {
+    let Some((moment, words, time_s)) = moments.due(now_s, veil.is_blind()) else {
         return;
     };
     let Some(viewport) = camera.viewport.as_ref().filter(|_| camera.is_active) else {
@@ -115,11 +130,6 @@ fn watch(
         viewport.physical_position,
         (viewport.physical_position + viewport.physical_size).min(window.physical_size()),
     );
-    let words = match moment {
-        Moment::FirstCut => "First cut".to_owned(),
-        Moment::NearestCut => format!("Nearest to the capsule: {:.1} mm", moments.nearest_mm.unwrap_or(0.0)),
-        Moment::WorstBleeding => format!("Worst bleeding: {:.1} ml/s", moments.worst_ml_per_s),
-    };
     commands.spawn(Screenshot::primary_window()).observe(
         move |captured: On<ScreenshotCaptured>,
               mut images: ResMut<Assets<Image>>,
@@ -132,7 +142,7 @@ fn watch(
             let texture = textures.add_image(EguiTextureHandle::Strong(image.clone()));
             let kept = Kept {
                 words: words.clone(),
-                time_s: now_s,
+                time_s,
                 texture,
                 image,
             };
@@ -188,6 +198,11 @@ impl Moments {
         }
         self.last_s = Some(now_s);
         Some(noticed)
+    }
+
+    /// What was noticed and is to have its picture now, with its words and time.
+    fn due(&mut self, now_s: f64, is_blind: bool) -> Option<(Moment, String, f64)> {
+        (self.waiting).take_if(|(_, _, since_s)| !is_blind || now_s - *since_s >= PICTURE_WAITS_S)
     }
 }
 
@@ -251,6 +266,20 @@ mod tests {
         assert_eq!(moments.notice(9.0, None, 1.0), Some(Moment::WorstBleeding));
         assert_eq!(moments.notice(11.0, None, 2.1), None);
         assert_eq!(moments.notice(13.0, None, 4.1), Some(Moment::WorstBleeding));
+    }
+
+    #[test]
+    fn a_picture_waits_for_a_clear_lens_but_not_for_long() {
+        let mut moments = Moments::default();
+        let noticed = |time_s| (Moment::FirstCut, "First cut".to_owned(), time_s);
+        assert_eq!(moments.due(1.0, false), None);
+        moments.waiting = Some(noticed(1.0));
+        assert_eq!(moments.due(1.0, true), None);
+        assert_eq!(moments.due(1.5, false), Some(noticed(1.0)));
+        assert_eq!(moments.due(1.6, false), None);
+        moments.waiting = Some(noticed(5.0));
+        assert_eq!(moments.due(5.0 + 0.9 * PICTURE_WAITS_S, true), None);
+        assert_eq!(moments.due(5.0 + PICTURE_WAITS_S, true), Some(noticed(5.0)));
     }
 
     #[test]

@@ -55,6 +55,7 @@ pub(crate) use pictures::{png_of, save_picture};
 pub use round_field::Fineness;
 pub(crate) use round_field::shown_at;
 pub use surroundings::LandmarkMarker;
+pub(crate) use veil::{PICTURE_WAITS_S, Veil};
 
 /// What only the endoscope shows.
 const ENDOSCOPE_LAYER: usize = 1;

@@ -3,6 +3,7 @@
 //! Drawing costs far more than a step, so the cameras are on only in the updates whose picture is kept.
 
 use std::{
+    cmp::Reverse,
     io::Cursor,
     path::{Path, PathBuf},
     time::Duration,
@@ -27,11 +28,13 @@ use bevy::{
 use resecta_scenario::Metrics;
 use thiserror::Error;
 
-use crate::headless::finish_plugins;
+use crate::{STEP_HZ, headless::finish_plugins};
 
 use super::{
-    EndoscopeCamera, OutsideCamera, ViewMaterial, ViewPlugin, ViewSystems, both_layers, cameras::endoscope_background,
+    EndoscopeCamera, OutsideCamera, ViewMaterial, ViewPlugin, ViewSystems, both_layers,
+    cameras::endoscope_background,
     endoscope_camera, outside_camera,
+    veil::{PICTURE_WAITS_S, Veil},
 };
 
 /// Width and height of a picture, pixels.
@@ -57,7 +60,8 @@ pub struct PicturesPlugin {
     pub count: u32,
     /// Steps that the run is expected to have. If it ends earlier there are fewer pictures.
     pub steps: u64,
-    /// More pictures of the endoscope's view, each as `NAME.png`: name and step.
+    /// More pictures of the endoscope's view, each as `NAME.png`: name and step. While tissue lies before the lens the picture
+    /// waits, for 1.4 s at most.
     pub moments: Vec<(String, u64)>,
 }
 
@@ -86,8 +90,8 @@ pub struct Pictures {
     folder: PathBuf,
     /// The step of each picture but the last, rising.
     planned: Vec<u64>,
-    /// Further pictures of the endoscope's view, the next one last: step and name.
-    moments: Vec<(u64, String)>,
+    /// Further pictures of the endoscope's view, the next one last.
+    moments: Vec<Moment>,
     /// Pictures of each view that were asked for.
     taken: u32,
     /// Files still on their way from the adapter.
@@ -97,6 +101,35 @@ pub struct Pictures {
     written: Vec<PathBuf>,
     failed: Vec<PictureError>,
     targets: [Handle<Image>; 2],
+}
+
+/// A picture of the endoscope's view at a moment.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Moment {
+    /// The step that it is taken in, and the latest one.
+    step: u64,
+    latest: u64,
+    /// Of the file, without its ending.
+    name: String,
+}
+
+impl Moment {
+    fn new(step: u64, name: String) -> Self {
+        let latest = step + (PICTURE_WAITS_S * STEP_HZ) as u64;
+        Self { step, latest, name }
+    }
+
+    /// Whether the cameras have to be on in the update after so many steps.
+    fn is_near(&self, steps: u64) -> bool {
+        steps + SETTLE_UPDATES >= self.step
+    }
+
+    /// Waits while the lens sees nothing, as long as it may; the cameras stay off meanwhile.
+    fn wait_for(&mut self, is_blind: bool, steps: u64) {
+        if is_blind && self.is_near(steps) {
+            self.step = (steps + SETTLE_UPDATES + 1).clamp(self.step, self.latest);
+        }
+    }
 }
 
 /// What is drawn while shaders load.
@@ -116,8 +149,9 @@ impl Plugin for PicturesPlugin {
         };
         let targets = [target(), target()];
         let last = u64::from(self.count.saturating_sub(1));
-        let mut moments: Vec<(u64, String)> = self.moments.iter().map(|(name, step)| (*step, name.clone())).collect();
-        moments.sort_unstable_by(|one, other| other.cmp(one));
+        let moments = self.moments.iter().map(|(name, step)| Moment::new(*step, name.clone()));
+        let mut moments: Vec<Moment> = moments.collect();
+        moments.sort_by_key(|moment| Reverse(moment.step));
         app.insert_resource(Pictures {
             folder: self.folder.clone(),
             planned: (0..last).map(|picture| (self.steps * picture / last).max(1)).collect(),
@@ -192,14 +226,20 @@ fn add_cameras(pictures: Res<Pictures>, mut commands: Commands) {
 /// Switches the cameras on where a picture is due and asks for it.
 fn take(
     metrics: Res<Metrics>,
+    veils: Query<&Veil>,
     mut pictures: ResMut<Pictures>,
     mut cameras: Query<&mut Camera, Or<(With<EndoscopeCamera>, With<OutsideCamera>)>>,
     mut commands: Commands,
 ) {
     let next = pictures.planned.get(pictures.taken as usize).copied();
-    let moment = pictures.moments.last().map(|(step, _)| *step);
-    let mut due = next.iter().chain(&moment);
-    let is_near = due.any(|&step| metrics.steps + SETTLE_UPDATES >= step);
+    let is_blind = veils.iter().any(Veil::is_blind);
+    for moment in &mut pictures.moments {
+        moment.wait_for(is_blind, metrics.steps);
+    }
+    // Those that wait may be overtaken.
+    pictures.moments.sort_by_key(|moment| Reverse(moment.step));
+    let is_near = next.is_some_and(|next| metrics.steps + SETTLE_UPDATES >= next)
+        || (pictures.moments.last()).is_some_and(|moment| moment.is_near(metrics.steps));
     for mut camera in &mut cameras {
         camera.is_active = pictures.always_on || is_near;
     }
@@ -207,8 +247,8 @@ fn take(
     if next.is_some_and(|next| metrics.steps >= next) {
         names = pictures.next_names();
     }
-    while let Some((_, name)) = pictures.moments.pop_if(|(step, _)| metrics.steps >= *step) {
-        names[0].push(name);
+    while let Some(moment) = pictures.moments.pop_if(|moment| metrics.steps >= moment.step) {
+        names[0].push(moment.name);
     }
     pictures.ask(names, &mut commands);
 }
@@ -296,7 +336,8 @@ impl Pictures {
     }
 }
 
-/// Draws the last picture and waits until every file is written. The app's clock stands still from here on.
+/// Draws the last picture, with those that still waited for a clear lens, and waits until every file is written. The app's
+/// clock stands still from here on.
 ///
 /// # Errors
 /// The first picture that failed.
@@ -311,7 +352,12 @@ pub fn finish_pictures(app: &mut App) -> Result<Vec<PathBuf>, PictureError> {
     app.world_mut().resource_scope(|world, mut pictures: Mut<Pictures>| {
         if is_wanted(&pictures) {
             pictures.planned.clear();
-            let names = pictures.next_names();
+            let mut names = pictures.next_names();
+            names[0].extend(
+                std::mem::take(&mut pictures.moments)
+                    .into_iter()
+                    .map(|moment| moment.name),
+            );
             pictures.ask(names, &mut world.commands());
         }
         world.flush();
@@ -373,4 +419,29 @@ pub(crate) fn png_of(image: &Image) -> Result<Vec<u8>, String> {
     let written = picture.to_rgb8().write_to(&mut png, image::ImageFormat::Png);
     written.map_err(|error| error.to_string())?;
     Ok(png.into_inner())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The step in which a moment of step 100 is taken, the lens in tissue from step 90 to before `clear`.
+    fn taken(clear: u64) -> u64 {
+        let mut moment = Moment::new(100, "first_cut".into());
+        for steps in 80..1000 {
+            moment.wait_for((90..clear).contains(&steps), steps);
+            if steps >= moment.step {
+                return steps;
+            }
+        }
+        panic!("never taken")
+    }
+
+    #[test]
+    fn a_moment_waits_for_a_clear_lens_but_not_for_long() {
+        assert_eq!(taken(0), 100);
+        assert_eq!(taken(98), 100);
+        assert_eq!(taken(150), 150 + SETTLE_UPDATES);
+        assert_eq!(taken(1000), 100 + (PICTURE_WAITS_S * STEP_HZ) as u64);
+    }
 }

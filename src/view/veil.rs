@@ -22,6 +22,10 @@ const BEGINS_MM: f32 = 0.9;
 const FULL_MM: f32 = -0.9;
 /// In this time the veil makes up for all but 1/e of what it lags behind, s.
 const EASE_S: f32 = 0.2;
+/// Share of the middle of the picture from which on there is nothing to see.
+const BLIND: f32 = 0.5;
+/// How long a picture of a moment waits for the lens to come out of tissue, s: a stroke is over by then.
+pub const PICTURE_WAITS_S: f64 = 1.4;
 
 pub fn plugin(app: &mut App) {
     app.add_systems(FixedPostUpdate, (ease, ask).chain().before(TissueSystems::WriteBack))
@@ -38,6 +42,11 @@ pub struct Veil {
 }
 
 impl Veil {
+    /// Whether tissue hides so much that a picture would show nothing.
+    pub fn is_blind(&self) -> bool {
+        self.middle > BLIND
+    }
+
     /// Tangent of the angle by which the points lie beside the middle.
     pub fn beside() -> f32 {
         BESIDE_DEG.to_radians().tan()
