@@ -17,10 +17,9 @@ pub struct Manner {
     pub inside_adenoma_mm: f64,
     /// How far they stay inside the capsule; negative goes through it.
     pub inside_capsule_mm: f64,
-    /// How far above the verumontanum they end; negative is below.
-    pub above_verumontanum_mm: f64,
-    /// The same in front, where tissue of the sphincter is drawn along and there is no mound to see.
-    pub above_verumontanum_in_front_mm: f64,
+    /// How far above the verumontanum they end, by sector; negative is below. Tissue of the sphincter is drawn along everywhere
+    /// but beside the mound, furthest in front.
+    pub above_verumontanum_mm: [f64; SECTORS.len()],
     /// How near to the capsule, as the game tells it, the wire is when the foot leaves the pedal; none where nobody minds.
     pub lets_go_at_capsule_mm: Option<f32>,
     /// Whether strokes keep to the heights and the depth that the exercise marks.
@@ -48,8 +47,7 @@ impl Manner {
             beside_mm: 4.5,
             inside_adenoma_mm: -1.5,
             inside_capsule_mm: 2.0,
-            above_verumontanum_mm: 2.0,
-            above_verumontanum_in_front_mm: 6.0,
+            above_verumontanum_mm: [2.0, 4.0, 4.0, 6.0],
             lets_go_at_capsule_mm: Some(0.5),
             keeps_to_marks: true,
             sectors: 4,
@@ -68,8 +66,7 @@ impl Manner {
             beside_mm: 14.0,
             inside_adenoma_mm: -2.0,
             inside_capsule_mm: -1.0,
-            above_verumontanum_mm: -5.0,
-            above_verumontanum_in_front_mm: -5.0,
+            above_verumontanum_mm: [-5.0; SECTORS.len()],
             lets_go_at_capsule_mm: None,
             keeps_to_marks: false,
             sectors: 3,
@@ -95,8 +92,6 @@ pub struct Stroke {
 /// Sectors of the clock in the order of an operation, each with the hour that it begins and the one that it ends at: the middle
 /// lobe, then either side downwards, then the front.
 const SECTORS: [(f64, f64); 4] = [(5.0, 7.0), (1.5, 5.0), (10.5, 7.0), (10.5, 13.5)];
-/// Which of them is the front.
-const FRONT: usize = 3;
 /// Longest way of one stroke: less than the loop's.
 const LONGEST_MM: f64 = 26.0;
 /// Shortest that is worth one.
@@ -180,11 +175,7 @@ pub(super) fn strokes(case: &Case, marked: &Marked, manner: &Manner) -> Vec<(usi
     let outlines = Outlines::new(case);
     let mut strokes = Vec::new();
     for (sector, (begin, end)) in SECTORS.into_iter().enumerate().take(manner.sectors) {
-        let above_mm = match sector {
-            FRONT => manner.above_verumontanum_in_front_mm,
-            _ => manner.above_verumontanum_mm,
-        };
-        let bottom_z = verumontanum.z + above_mm;
+        let bottom_z = verumontanum.z + manner.above_verumontanum_mm[sector];
         let top_z = case.slices.last().map_or(bottom_z, |slice| slice.z);
         for layer in 1..20 {
             let depth_mm = f64::from(layer) * manner.layer_mm;
@@ -307,22 +298,17 @@ mod tests {
     }
 
     #[test]
-    fn strokes_end_further_from_the_sphincter_in_front() {
+    fn strokes_of_each_sector_end_as_far_from_the_sphincter_as_the_manner_says() {
         let (case, manner) = (medium(), Manner::careful());
         let verumontanum_z = case.landmarks.verumontanum.unwrap().z;
         let plan = strokes(&case, &adenoma(), &manner);
-        let lowest = |is_wanted: fn(usize) -> bool| {
-            let strokes = plan.iter().filter(|(sector, _)| is_wanted(*sector));
+        for (sector, above_mm) in manner.above_verumontanum_mm.into_iter().enumerate() {
+            let strokes = plan.iter().filter(|(of, _)| *of == sector);
             let ends = strokes.filter_map(|(_, stroke)| Some(stroke.way.last()?.z - verumontanum_z));
-            ends.fold(f64::INFINITY, f64::min)
-        };
-        for (above_mm, lowest_mm) in [
-            (manner.above_verumontanum_mm, lowest(|sector| sector != FRONT)),
-            (manner.above_verumontanum_in_front_mm, lowest(|sector| sector == FRONT)),
-        ] {
+            let lowest_mm = ends.fold(f64::INFINITY, f64::min);
             assert!(
                 (above_mm..above_mm + STEP_MM).contains(&lowest_mm),
-                "{lowest_mm} for {above_mm}"
+                "sector {sector}: {lowest_mm} for {above_mm}"
             );
         }
     }
