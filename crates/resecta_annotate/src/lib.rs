@@ -28,10 +28,12 @@ mod error;
 mod field;
 mod gland;
 mod gland_search;
+mod history;
 mod image;
 pub mod landmarks;
 mod model;
 mod model_file;
+mod outline;
 mod outlined_case;
 mod outlines;
 pub mod principal;
@@ -50,10 +52,12 @@ pub use confidence::{Confidence, POOR_FIT_MM};
 pub use error::ImageError;
 pub use gland::{Gland, GlandModel};
 pub use gland_search::GlandSearch;
+pub use history::Part;
 pub use image::{Image, MAX_PIXELS_PER_AXIS, PIXEL_SPACING_MM};
 pub use model::Model;
 pub use model_file::{MODEL_FORMAT, MODEL_VERSION, ModelError};
-pub use outlines::{Origin, Outline, Outlines, Part};
+pub use outline::{Origin, Outline};
+pub use outlines::Outlines;
 pub use read::{
     Geometry, Heights, MAX_COLOURED_PERCENT, MAX_DICOM_BYTES, MAX_PICTURE_BYTES, SIDECAR, StackError,
     TrainingFolderError, Window, read_stack, read_training_cases,

@@ -142,3 +142,16 @@ fn round(place: &DVec2) -> DVec2 {
     // The sum turns -0 into 0.
     (*place * ROUNDING).round() / ROUNDING + DVec2::ZERO
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn notes_are_read_as_they_are_written() {
+        let flags = vec![Flag::LeavesImage { share: 0.25 }, Flag::PoorFit, Flag::Unusual];
+        assert_eq!(read_found_rule(&found_rule(3, 2.5, &flags)), Some((2.5, flags)));
+        assert_eq!(read_found_rule(&found_rule(3, 0.4, &[])), Some((0.4, Vec::new())));
+        assert_eq!(read_found_rule("copied from that of image 2"), None);
+    }
+}

@@ -4,77 +4,14 @@ use glam::DVec2;
 use resecta_anatomy::{Case, CaseRuleError, CaseSource, Contour, contour};
 
 use crate::annotate::volume_ml;
+use crate::history::{History, Part, Step};
 use crate::landmarks::{LANDMARKS, landmarks};
-use crate::outlined_case::{Beside, CaseSlice, case_of, found_rule, is_drawn, read_found_rule};
-use crate::{AnnotateError, AnnotatedSlice, Annotation, Flag, Gland, Model, Stack, Zone, annotate_slice};
+use crate::outline::{Origin, Outline, noted};
+use crate::outlined_case::{Beside, CaseSlice, case_of, is_drawn};
+use crate::{AnnotateError, Annotation, Gland, Model, Stack, Zone, annotate_slice};
 
 /// Landmarks to either side that follow one that is dragged, less and less.
 const FOLLOWING: usize = 4;
-/// Most steps that can be undone.
-const MAX_STEPS: usize = 500;
-
-/// Where an outline comes from.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Origin {
-    /// A search found it and nobody changed it.
-    Found {
-        /// Mean distance to the true outline that is expected, mm.
-        error_mm: f64,
-    },
-    /// The copy of another image's, changed by nobody.
-    Copied {
-        /// Index of that image.
-        from: usize,
-    },
-    /// Somebody drew or mended it, or it came with a case.
-    Drawn,
-}
-
-/// The gland's outline in one image.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Outline {
-    /// Landmarks of the capsule, mm.
-    pub capsule: Vec<DVec2>,
-    /// Who made it.
-    pub origin: Origin,
-    /// Why it needs looking at; empty once somebody did.
-    pub flags: Vec<Flag>,
-}
-
-impl From<AnnotatedSlice> for Outline {
-    fn from(slice: AnnotatedSlice) -> Outline {
-        Outline {
-            capsule: slice.capsule,
-            origin: Origin::Found {
-                error_mm: slice.error_mm,
-            },
-            flags: slice.flags,
-        }
-    }
-}
-
-impl Outline {
-    /// What is noted of it in a case; nothing where somebody drew it.
-    fn rule(&self, image: usize) -> Option<String> {
-        match self.origin {
-            Origin::Found { error_mm } => Some(found_rule(image, error_mm, &self.flags)),
-            Origin::Copied { from } => Some(format!("copied from that of image {from}")),
-            Origin::Drawn => None,
-        }
-    }
-}
-
-/// An outline of a case as its note tells of it: drawn where there is none, to be looked at where it tells what is not understood.
-fn noted(case: &Case, slice: usize, capsule: Vec<DVec2>) -> Outline {
-    let what = format!("slices[{slice}].capsule");
-    let note = case.approximated.iter().find(|note| note.what == what);
-    let (origin, flags) = match note.map(|note| read_found_rule(&note.rule)) {
-        None => (Origin::Drawn, Vec::new()),
-        Some(Some((error_mm, flags))) => (Origin::Found { error_mm }, flags),
-        Some(None) => (Origin::Drawn, vec![Flag::PoorFit]),
-    };
-    Outline { capsule, origin, flags }
-}
 
 /// The outlines of a stack, one or none an image, and the way back.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -82,36 +19,18 @@ pub struct Outlines {
     images: Vec<Drawing>,
     /// What the case that was opened says beside its slices.
     beside: Beside,
-    done: Vec<Step>,
-    undone: Vec<Step>,
-    changes: u64,
+    history: History,
 }
 
 /// What is drawn on an image.
 #[derive(Debug, Clone, PartialEq, Default)]
-struct Drawing {
+pub(crate) struct Drawing {
     outline: Option<Outline>,
     /// Where the urethra passes, mm, where somebody knows.
     urethra: Option<DVec2>,
     /// Its lumen and the transition zone, mm, where the case that was opened has them drawn.
     lumen: Option<Contour>,
     transition_zone: Option<Contour>,
-}
-
-/// What a step was on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
-    /// One image, by index.
-    Image(usize),
-    /// All images with an outline.
-    Gland,
-}
-
-/// What images had before a step, or after one that was undone.
-#[derive(Debug, Clone, PartialEq)]
-struct Step {
-    part: Part,
-    drawings: Vec<(usize, Drawing)>,
 }
 
 impl Outlines {
@@ -219,29 +138,7 @@ impl Outlines {
             part: Part::Image(image),
             drawings: vec![(image, drawing)],
         };
-        self.take(step, joined);
-    }
-
-    /// Takes a step, as part of the one before if it is joined and that was on the same part.
-    fn take(&mut self, step: Step, joined: bool) {
-        let is_part = joined && self.done.last().is_some_and(|before| before.part == step.part);
-        let before = self.exchange(step);
-        if !is_part {
-            self.done.push(before);
-            if self.done.len() > MAX_STEPS {
-                self.done.remove(0);
-            }
-        }
-        self.undone.clear();
-    }
-
-    /// Puts what a step holds in its place. The step that puts back what was there.
-    fn exchange(&mut self, mut step: Step) -> Step {
-        self.changes += 1;
-        for (image, drawing) in &mut step.drawings {
-            std::mem::swap(&mut self.images[*image], drawing);
-        }
-        step
+        self.history.take(&mut self.images, step, joined);
     }
 
     /// Moves a landmark to a place, mm, and its neighbours with it, less the farther they are. A place that is no number
@@ -336,7 +233,7 @@ impl Outlines {
             drawings.push((image, drawing));
         }
         let part = Part::Gland;
-        self.take(Step { part, drawings }, joined);
+        self.history.take(&mut self.images, Step { part, drawings }, joined);
     }
 
     fn gland(&self, stack: &Stack) -> Option<Gland> {
@@ -382,30 +279,22 @@ impl Outlines {
 
     /// How often something changed, by undoing, too: as long as it is the same, everything is.
     pub fn changes(&self) -> u64 {
-        self.changes
+        self.history.changes()
     }
 
     /// Whether there is a step to undo, and one to do again.
     pub fn steps(&self) -> [bool; 2] {
-        [!self.done.is_empty(), !self.undone.is_empty()]
+        self.history.steps()
     }
 
     /// Undoes the last step. What it was on.
     pub fn undo(&mut self) -> Option<Part> {
-        let step = self.done.pop()?;
-        let part = step.part;
-        let undone = self.exchange(step);
-        self.undone.push(undone);
-        Some(part)
+        self.history.undo(&mut self.images)
     }
 
     /// Does the step again that was undone last. What it is on.
     pub fn redo(&mut self) -> Option<Part> {
-        let step = self.undone.pop()?;
-        let part = step.part;
-        let done = self.exchange(step);
-        self.done.push(done);
-        Some(part)
+        self.history.redo(&mut self.images)
     }
 
     /// Volume within the outlines, ml.
@@ -458,7 +347,7 @@ impl Outlines {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Image, ImageSlice};
+    use crate::{Flag, Image, ImageSlice};
 
     fn stack() -> Stack {
         let image = || {
@@ -731,14 +620,6 @@ mod tests {
         assert_eq!(saved.slices[2].transition_zone, None);
         assert!(by_rule(&saved, "slices[2].transition_zone") && !by_rule(&saved, "slices[1].transition_zone"));
         assert!(contour::centroid(saved.slices[2].urethra.as_ref().unwrap()).distance(DVec2::X) < 0.01);
-    }
-
-    #[test]
-    fn notes_are_read_as_they_are_written() {
-        let flags = vec![Flag::LeavesImage { share: 0.25 }, Flag::PoorFit, Flag::Unusual];
-        assert_eq!(read_found_rule(&found_rule(3, 2.5, &flags)), Some((2.5, flags)));
-        assert_eq!(read_found_rule(&found_rule(3, 0.4, &[])), Some((0.4, Vec::new())));
-        assert_eq!(read_found_rule("copied from that of image 2"), None);
     }
 
     #[test]
