@@ -2,7 +2,6 @@
 //! play, but for the briefing, in which the gland settles around the sheath, and a moment at the title.
 
 use bevy::{
-    input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll},
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, block_on, poll_once},
     window::{CursorGrabMode, CursorOptions, PrimaryWindow, WindowCloseRequested, WindowFocused},
@@ -17,6 +16,7 @@ use resecta_tissue::TissueSettings;
 use super::{
     catalogue::Catalogue,
     history::History,
+    keys,
     layout::ViewLayout,
     pace::Pace,
     settings::{self, KeptSettings, SettingsPage},
@@ -26,37 +26,23 @@ use crate::{
     view::{OutsideCamera, ViewSystems},
 };
 
-/// Degrees that the outside view turns a pixel of mouse movement, and a second of a held key.
-const TURN_PER_PIXEL_DEG: f32 = 0.35;
-/// As above.
-const TURN_PER_S_DEG: f32 = 60.0;
-/// The gland behind the title swings this far to either side, degrees, in as many seconds there and back: its section stays in
-/// view.
-const TITLE_SWING_DEG: f32 = 50.0;
-/// As above.
-const TITLE_SWING_S: f32 = 40.0;
 /// Steps that the gland behind the title is given to take its shape.
 const TITLE_STEPS: u32 = 4;
 
 pub fn plugin(app: &mut App) {
-    app.init_resource::<GameFlow>()
-        .add_systems(
-            Update,
-            (
-                read_keys.run_if(settings::is_closed),
-                settings::keys,
-                pause_without_focus,
-                take_prepared,
-                notice_end,
-                carry_out,
-            )
-                .chain()
-                .before(ViewSystems::First),
+    app.init_resource::<GameFlow>().add_systems(
+        Update,
+        (
+            keys::read.run_if(settings::is_closed),
+            settings::keys,
+            pause_without_focus,
+            take_prepared,
+            notice_end,
+            carry_out,
         )
-        .add_systems(
-            Update,
-            turn_outside.in_set(ViewSystems::First).run_if(settings::is_closed),
-        );
+            .chain()
+            .before(ViewSystems::First),
+    );
 }
 
 /// Where the player is.
@@ -232,77 +218,6 @@ pub fn begin(world: &mut World, prepared: PreparedExercise) {
 /// The panel shows an error of the step that is never older than this many steps, 2 s: some five steps' work in 120.
 const STEPS_A_WATCH: u32 = 120;
 
-/// The keys of the game. None of them is among the instrument's bindings.
-pub const KEYS: [(&str, &str); 16] = [
-    ("Press a button, choose", "Enter, Pad South"),
-    ("To another button", "Arrows, Tab, Pad cross"),
-    ("Begin, pause and go on", "Pad Start"),
-    ("Pause; in menus, back", "Esc, Pad East"),
-    ("Restart (in a pause)", "R"),
-    ("Watch it done (at the briefing)", "V"),
-    ("Endoscope, outside, both", "Tab, Pad Back"),
-    ("Turn the outside view", "Middle mouse button, or J L I K"),
-    ("Zoom the outside view", "Middle mouse button and wheel, or U O"),
-    ("Guidance: by skill, all, off", "G, Pad North"),
-    ("Settings", "F2"),
-    ("Close what is told of files", "F4"),
-    ("Trainees and progress (in menus)", "P"),
-    ("Sound on, off", "M"),
-    ("This help", "H or F1"),
-    ("Quit", "In a pause, or close the window"),
-];
-
-fn read_keys(keys: Res<ButtonInput<KeyCode>>, pads: Query<&Gamepad>, mut flow: ResMut<GameFlow>) {
-    if flow.is_writing {
-        return;
-    }
-    let phase = flow.phase;
-    let any = |codes: &[KeyCode]| keys.any_just_pressed(codes.iter().copied());
-    // In play East may be anything of the instrument's.
-    let is_back = !flow.is_live() && pads.iter().any(|pad| pad.just_pressed(GamepadButton::East));
-    let is_back = is_back || any(&[KeyCode::Escape]);
-    let is_help = any(&[KeyCode::KeyH, KeyCode::F1]) && phase != Phase::Preparing;
-    if is_help || (flow.help && is_back) {
-        flow.wish(Wish::Help);
-        return;
-    }
-    if flow.help {
-        return;
-    }
-    // Buttons are pressed by Enter and Space where the focus is: see `menu.rs`.
-    if is_back {
-        match phase {
-            Phase::Title | Phase::Preparing => {}
-            Phase::Choosing | Phase::Outlines => flow.wish(Wish::Title),
-            Phase::Progress | Phase::Briefing | Phase::Result => flow.wish(Wish::Choose),
-            Phase::Playing => flow.wish(Wish::Pause),
-            Phase::Paused => flow.wish(Wish::Play),
-        }
-    }
-    if any(&[KeyCode::KeyP]) {
-        match phase {
-            Phase::Playing => flow.wish(Wish::Pause),
-            Phase::Title | Phase::Choosing => flow.wish(Wish::Progress),
-            _ => {}
-        }
-    }
-    if any(&[KeyCode::KeyV]) && phase == Phase::Briefing {
-        flow.wish(Wish::Watch);
-    }
-    if any(&[KeyCode::KeyR]) {
-        match phase {
-            // Beside the keys of the instrument: one slip must not cost the run.
-            Phase::Playing => flow.wish(Wish::Pause),
-            Phase::Paused | Phase::Result => flow.wish(Wish::Restart),
-            Phase::Title | Phase::Choosing | Phase::Progress | Phase::Outlines | Phase::Preparing | Phase::Briefing => {
-            }
-        }
-    }
-    if any(&[KeyCode::Tab]) && phase == Phase::Playing {
-        flow.wish(Wish::NextLayout);
-    }
-}
-
 fn pause_without_focus(mut focus: MessageReader<WindowFocused>, mut flow: ResMut<GameFlow>) {
     if focus.read().any(|change| !change.focused) && flow.phase == Phase::Playing {
         flow.wish(Wish::Pause);
@@ -466,46 +381,6 @@ fn carry_out(
             cursor.grab_mode = grab;
             cursor.visible = !has_hands_on;
         }
-    }
-}
-
-pub(super) fn turn_outside(
-    flow: Res<GameFlow>,
-    time: Res<Time<Real>>,
-    keys: Res<ButtonInput<KeyCode>>,
-    mouse: Res<AccumulatedMouseMotion>,
-    wheel: Res<AccumulatedMouseScroll>,
-    mut cameras: Query<&mut OutsideCamera>,
-) {
-    if flow.phase == Phase::Title {
-        let turns = time.elapsed_secs_wrapped() / TITLE_SWING_S;
-        let from_left = OutsideCamera::default();
-        for mut camera in &mut cameras {
-            *camera = OutsideCamera {
-                round_deg: from_left.round_deg + TITLE_SWING_DEG * (turns * std::f32::consts::TAU).sin(),
-                ..from_left
-            };
-        }
-        return;
-    }
-    let held = |code: KeyCode| if keys.pressed(code) { 1.0 } else { 0.0 };
-    let by_keys = Vec2::new(
-        held(KeyCode::KeyI) - held(KeyCode::KeyK),
-        held(KeyCode::KeyL) - held(KeyCode::KeyJ),
-    ) * TURN_PER_S_DEG
-        * time.delta_secs();
-    let mut turn = by_keys;
-    let mut nearer = (held(KeyCode::KeyU) - held(KeyCode::KeyO)) * time.delta_secs();
-    if flow.turning {
-        turn += Vec2::new(mouse.delta.y, -mouse.delta.x) * TURN_PER_PIXEL_DEG;
-        nearer += wheel.delta.y.clamp(-3.0, 3.0) * 0.08;
-    }
-    if turn == Vec2::ZERO && nearer == 0.0 {
-        return;
-    }
-    for mut camera in &mut cameras {
-        camera.turn(turn.x, turn.y);
-        camera.approach((-nearer).exp());
     }
 }
 

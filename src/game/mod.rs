@@ -2,13 +2,15 @@
 //!
 //! | to find | look in |
 //! |---|---|
-//! | title, choice, briefing, play, pause, debriefing, and the keys between them | `flow.rs` |
+//! | title, choice, briefing, play, pause, debriefing, and what leads from one to the other | `flow.rs` |
+//! | the keys of the game | `keys.rs` |
 //! | the title | `title.rs` |
 //! | choosing an exercise, and its picture | `choose.rs`, `catalogue.rs`, `sketch.rs` |
 //! | files that change while the game runs | `reload.rs` |
 //! | who plays, their records and scores | `history.rs` |
 //! | choosing who plays, and learning curves | `progress.rs` |
 //! | which view is where in the window | `layout.rs` |
+//! | the outside view turned | `outside.rs` |
 //! | the panel at the side | `panel.rs` |
 //! | what lies over the views: briefing, pause, help, warnings | `overlay.rs` |
 //! | the present step of a tutorial | `tutorial.rs` |
@@ -37,11 +39,13 @@ mod flow;
 mod gallery;
 mod guidance;
 mod history;
+mod keys;
 mod layout;
 mod menu;
 mod menu_pad;
 mod moments;
 mod outlines;
+mod outside;
 mod overlay;
 mod pace;
 mod palette;
@@ -253,7 +257,7 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
         (
             (menu::plugin, menu_pad::plugin),
             flow::plugin,
-            layout::plugin,
+            (layout::plugin, outside::plugin),
             (pace::plugin, fineness::plugin),
             panel::plugin,
             overlay::plugin,

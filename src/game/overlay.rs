@@ -12,7 +12,8 @@ use resecta_scenario::{ActiveExercise, MetricId, Metrics, ScoreCard};
 
 use super::{
     debrief,
-    flow::{GameFlow, KEYS, Phase, Wish},
+    flow::{GameFlow, Phase, Wish},
+    keys::KEYS,
     menu::{self, MenuFocus, MenuSystems, UiZoom},
     palette,
     panel::{PANEL_WIDTH, clock},

@@ -94,7 +94,7 @@ fn open(options: ReplayOptions) -> Result<App, GameError> {
         .init_resource::<RunLog>()
         .init_resource::<GameFlow>()
         .add_systems(Startup, layout::add_cameras)
-        .add_systems(Update, (arrange, super::flow::turn_outside).in_set(ViewSystems::First))
+        .add_systems(Update, (arrange, super::outside::turn).in_set(ViewSystems::First))
         .add_systems(Update, follow_ghost.before(ViewSystems::First));
     // Keys turn the outside view; at the title it turns by itself.
     app.world_mut().resource_mut::<GameFlow>().phase = Phase::Briefing;

@@ -1,0 +1,77 @@
+//! The keys of the game, and those of a gamepad, that lead from one screen to another. The instrument's are its bindings.
+
+use bevy::prelude::*;
+
+use super::flow::{GameFlow, Phase, Wish};
+
+/// The keys of the game. None of them is among the instrument's bindings.
+pub const KEYS: [(&str, &str); 16] = [
+    ("Press a button, choose", "Enter, Pad South"),
+    ("To another button", "Arrows, Tab, Pad cross"),
+    ("Begin, pause and go on", "Pad Start"),
+    ("Pause; in menus, back", "Esc, Pad East"),
+    ("Restart (in a pause)", "R"),
+    ("Watch it done (at the briefing)", "V"),
+    ("Endoscope, outside, both", "Tab, Pad Back"),
+    ("Turn the outside view", "Middle mouse button, or J L I K"),
+    ("Zoom the outside view", "Middle mouse button and wheel, or U O"),
+    ("Guidance: by skill, all, off", "G, Pad North"),
+    ("Settings", "F2"),
+    ("Close what is told of files", "F4"),
+    ("Trainees and progress (in menus)", "P"),
+    ("Sound on, off", "M"),
+    ("This help", "H or F1"),
+    ("Quit", "In a pause, or close the window"),
+];
+
+/// Turns keys and a gamepad's buttons into wishes.
+pub(super) fn read(keys: Res<ButtonInput<KeyCode>>, pads: Query<&Gamepad>, mut flow: ResMut<GameFlow>) {
+    if flow.is_writing {
+        return;
+    }
+    let phase = flow.phase;
+    let any = |codes: &[KeyCode]| keys.any_just_pressed(codes.iter().copied());
+    // In play East may be anything of the instrument's.
+    let is_back = !flow.is_live() && pads.iter().any(|pad| pad.just_pressed(GamepadButton::East));
+    let is_back = is_back || any(&[KeyCode::Escape]);
+    let is_help = any(&[KeyCode::KeyH, KeyCode::F1]) && phase != Phase::Preparing;
+    if is_help || (flow.help && is_back) {
+        flow.wish(Wish::Help);
+        return;
+    }
+    if flow.help {
+        return;
+    }
+    // Buttons are pressed by Enter and Space where the focus is: see `menu.rs`.
+    if is_back {
+        match phase {
+            Phase::Title | Phase::Preparing => {}
+            Phase::Choosing | Phase::Outlines => flow.wish(Wish::Title),
+            Phase::Progress | Phase::Briefing | Phase::Result => flow.wish(Wish::Choose),
+            Phase::Playing => flow.wish(Wish::Pause),
+            Phase::Paused => flow.wish(Wish::Play),
+        }
+    }
+    if any(&[KeyCode::KeyP]) {
+        match phase {
+            Phase::Playing => flow.wish(Wish::Pause),
+            Phase::Title | Phase::Choosing => flow.wish(Wish::Progress),
+            _ => {}
+        }
+    }
+    if any(&[KeyCode::KeyV]) && phase == Phase::Briefing {
+        flow.wish(Wish::Watch);
+    }
+    if any(&[KeyCode::KeyR]) {
+        match phase {
+            // Beside the keys of the instrument: one slip must not cost the run.
+            Phase::Playing => flow.wish(Wish::Pause),
+            Phase::Paused | Phase::Result => flow.wish(Wish::Restart),
+            Phase::Title | Phase::Choosing | Phase::Progress | Phase::Outlines | Phase::Preparing | Phase::Briefing => {
+            }
+        }
+    }
+    if any(&[KeyCode::Tab]) && phase == Phase::Playing {
+        flow.wish(Wish::NextLayout);
+    }
+}
