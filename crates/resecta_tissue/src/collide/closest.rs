@@ -27,29 +27,45 @@ pub fn segment_triangle(a: Vec3, b: Vec3, triangle: [Vec3; 3]) -> ClosestPoints 
     if let Some(crossing) = crossing(a, b, triangle) {
         return crossing;
     }
-    // Without a crossing, the closest points include an end of the segment or a point of an edge.
-    let mut best = point_triangle(a, triangle).at_share(0.0);
-    let mut best_squared = best.on_segment.distance_squared(best.on_triangle);
-    let mut consider = |candidate: ClosestPoints| {
-        let squared = candidate.on_segment.distance_squared(candidate.on_triangle);
+    // Without a crossing, the closest points include an end of the segment or a point of an edge: no end where all of the triangle is
+    // beside the segment, neither before it nor past it.
+    let along = b - a;
+    let squared = along.length_squared();
+    let is_beside = |corner: &Vec3| (0.0..=squared).contains(&(*corner - a).dot(along));
+    let edges = [(0, 1), (1, 2), (2, 0)].map(|ends| segment_edge(a, b, triangle, ends));
+    if squared > 0.0 && triangle.iter().all(is_beside) {
+        return nearest_of(edges);
+    }
+    let [one, two, three] = edges;
+    let ends = [(a, 0.0), (b, 1.0)].map(|(end, share)| point_triangle(end, triangle).at_share(share));
+    nearest_of([ends[0], ends[1], one, two, three])
+}
+
+/// The nearest of some closest points; of equally near ones the first.
+fn nearest_of<const N: usize>(all: [ClosestPoints; N]) -> ClosestPoints {
+    let squared = |points: &ClosestPoints| points.on_segment.distance_squared(points.on_triangle);
+    let (mut best, mut best_squared) = (all[0], squared(&all[0]));
+    for points in &all[1..] {
+        let squared = squared(points);
         if squared < best_squared {
-            (best, best_squared) = (candidate, squared);
+            (best, best_squared) = (*points, squared);
         }
-    };
-    consider(point_triangle(b, triangle).at_share(1.0));
-    for (i, j) in [(0, 1), (1, 2), (2, 0)] {
-        let (share, along) = segment_segment(a, b, triangle[i], triangle[j]);
-        let mut weights = [0.0; 3];
-        weights[i] = 1.0 - along;
-        weights[j] = along;
-        consider(ClosestPoints {
-            share,
-            on_segment: a.lerp(b, share),
-            weights,
-            on_triangle: triangle[i].lerp(triangle[j], along),
-        });
     }
     best
+}
+
+/// The closest points of the segment `a`-`b` and an edge of a triangle.
+fn segment_edge(a: Vec3, b: Vec3, triangle: [Vec3; 3], (i, j): (usize, usize)) -> ClosestPoints {
+    let (share, along) = segment_segment(a, b, triangle[i], triangle[j]);
+    let mut weights = [0.0; 3];
+    weights[i] = 1.0 - along;
+    weights[j] = along;
+    ClosestPoints {
+        share,
+        on_segment: a.lerp(b, share),
+        weights,
+        on_triangle: triangle[i].lerp(triangle[j], along),
+    }
 }
 
 /// The point of a triangle that is closest to a point (Ericson, Real-Time Collision Detection, 5.1.5).
