@@ -66,8 +66,16 @@ pub struct Nearby {
     pub points: Vec<ChunkPart>,
 }
 
-/// A run of triangles: its patch, and its number there.
-pub type RunId = (u32, u32);
+/// A run of triangles, with what tells whether it is near: the parts of a tool go through hundreds of them, which lie together here.
+#[derive(Debug, Clone, Copy)]
+pub struct NearRun {
+    patch: u32,
+    /// Its number in its patch.
+    run: u32,
+    /// The longest edge in its patch, mm.
+    longest_mm: f32,
+    bounds: (Vec3, Vec3),
+}
 
 /// Faces whose distances differ by less than this are as near, mm.
 pub const TIE_MM: f32 = 1e-4;
@@ -170,26 +178,34 @@ impl Collider {
     }
 
     /// The runs of triangles that may come within a range of any of some axes.
-    pub fn runs_near(&self, axes: impl Iterator<Item = (Axis, f32)>) -> Vec<RunId> {
+    pub fn runs_near(&self, axes: impl Iterator<Item = (Axis, f32)>) -> Vec<NearRun> {
         let mut found = Vec::new();
         let axes: Vec<(Near, f32)> = axes.map(|(axis, range)| (Near::new(&axis), range)).collect();
         let is_near = |low: Vec3, high: Vec3, more: f32| {
             let mut axes = axes.iter();
             axes.any(|(axis, range)| axis.is_near(low, high, range + more))
         };
-        for patch in self.bvh.leaves(|node| is_near(node.mins(), node.maxs(), 0.0)) {
-            let runs = (0..).zip(&self.patches.get(patch).runs);
+        for number in self.bvh.leaves(|node| is_near(node.mins(), node.maxs(), 0.0)) {
+            let patch = self.patches.get(number);
+            let runs = (0..).zip(&patch.runs);
             let runs = runs.filter(|(_, run)| is_near(run.bounds.0, run.bounds.1, LOOSENED_MM));
-            found.extend(runs.map(|(run, _)| (patch, run)));
+            found.extend(runs.map(|(run, of)| NearRun {
+                patch: number,
+                run,
+                longest_mm: patch.longest_mm,
+                bounds: of.bounds,
+            }));
         }
         found
     }
 
+    fn run(&self, near: &NearRun) -> &Run {
+        &self.patches.get(near.patch).runs[near.run as usize]
+    }
+
     /// The chunks with vertices in some runs, perhaps some of them more than once.
-    pub fn chunks_of(&self, runs: &[RunId]) -> impl Iterator<Item = u32> {
-        let runs = runs
-            .iter()
-            .map(|&(patch, run)| &self.patches.get(patch).runs[run as usize]);
+    pub fn chunks_of(&self, runs: &[NearRun]) -> impl Iterator<Item = u32> {
+        let runs = runs.iter().map(|near| self.run(near));
         runs.flat_map(|run| run.chunks.iter().map(|part| part.chunk))
     }
 
@@ -198,7 +214,7 @@ impl Collider {
     pub(crate) fn near_axis(
         &self,
         skin: &Skin,
-        (axis, runs): (&Axis, &[RunId]),
+        (axis, runs): (&Axis, &[NearRun]),
         (range, crossed): (f32, f32),
         are_points: impl Fn(f32) -> bool,
         found: &mut Nearby,
@@ -206,21 +222,19 @@ impl Collider {
         found.faces.clear();
         found.points.clear();
         let near = Near::new(axis);
-        for &(patch, run) in runs {
-            let patch = self.patches.get(patch);
-            let run = &patch.runs[run as usize];
+        for run in runs {
             let is_near = |range: f32| near.is_near(run.bounds.0, run.bounds.1, range + LOOSENED_MM);
-            let within = match are_points(patch.longest_mm) {
+            let within = match are_points(run.longest_mm) {
                 true => {
                     if is_near(range) {
-                        found.points.extend(&run.chunks);
+                        found.points.extend(&self.run(run).chunks);
                     }
                     crossed
                 }
                 false => range,
             };
             if is_near(within) {
-                found.faces.extend(faces(run, skin).filter(|face| {
+                found.faces.extend(faces(self.run(run), skin).filter(|face| {
                     let bounds = bounds(&face.corners);
                     near.is_near(bounds.mins, bounds.maxs, within)
                 }));

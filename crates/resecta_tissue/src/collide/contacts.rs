@@ -5,7 +5,7 @@ use resecta_solver::{Contact, NodeKind};
 
 use super::{
     closest::{ClosestPoints, segment_triangle},
-    collider::{Collider, DEPTH_LIMIT_MM, Face, Nearby, RunId},
+    collider::{Collider, DEPTH_LIMIT_MM, Face, NearRun, Nearby},
     patches::ChunkPart,
     steady::Steady,
     surroundings::{Side, Surroundings, passes_through},
@@ -94,7 +94,7 @@ pub struct Search<'a> {
     pub skin: &'a Skin<'a>,
     pub part: &'a PartSweep,
     /// All that may come within the part's range.
-    pub runs: &'a [RunId],
+    pub runs: &'a [NearRun],
     /// Indices of the tool and of the part in it.
     pub number: (u32, u32),
     /// Whether the part pushes; else contacts are only told.
