@@ -1,6 +1,9 @@
 //! From a part's way and a face to a contact that the solver enforces.
 
-use bevy::{platform::collections::HashMap, prelude::*};
+use bevy::{
+    platform::collections::{HashMap, hash_map::Entry},
+    prelude::*,
+};
 use resecta_solver::{Contact, NodeKind};
 
 use super::{
@@ -268,7 +271,13 @@ struct Candidates<'a> {
     at_nodes: Vec<Candidate>,
     of_held: HashMap<Held, usize>,
     /// Of those inside of a pentahedron, the one that is pushed furthest: the pentahedron moves as one.
-    inside: HashMap<Option<u32>, Candidate>,
+    inside: HashMap<Option<u32>, Inside>,
+}
+
+/// What may become the contact of a pentahedron, and which way it was pushed before.
+struct Inside {
+    deepest: Candidate,
+    before: Option<Vec3>,
 }
 
 impl<'a> Candidates<'a> {
@@ -287,8 +296,16 @@ impl<'a> Candidates<'a> {
             self.add_at_node(candidate);
             return;
         }
-        let deepest = self.inside.entry(candidate.pentahedron).or_insert(candidate);
-        let before = self.before.direction(self.number, candidate.pentahedron);
+        let Inside { deepest, before } = match self.inside.entry(candidate.pentahedron) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(free) => {
+                free.insert(Inside {
+                    deepest: candidate,
+                    before: self.before.direction(self.number, candidate.pentahedron),
+                });
+                return;
+            }
+        };
         let depth = |candidate: &Candidate| {
             let kept = before.map_or(0.0, |before| before.dot(candidate.touch.normal));
             candidate.touch.depth() + 2.0 * KEEPS_MM * kept
@@ -326,7 +343,10 @@ impl<'a> Candidates<'a> {
 
     /// All of them, ordered by face and corner.
     fn chosen(&self) -> impl Iterator<Item = &Candidate> {
-        let mut chosen: Vec<&Candidate> = self.at_nodes.iter().chain(self.inside.values()).collect();
+        let mut chosen: Vec<&Candidate> = {
+            let inside = self.inside.values().map(|inside| &inside.deepest);
+            self.at_nodes.iter().chain(inside).collect()
+        };
         chosen.sort_unstable_by_key(|candidate| candidate.held);
         chosen.into_iter()
     }
