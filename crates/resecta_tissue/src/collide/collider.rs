@@ -416,6 +416,7 @@ mod tests {
             runs: &collider.runs_near(std::iter::once((part.to, part.range()))),
             number: (0, 0),
             pushes: true,
+            passes: 0..1,
             pass_s: 1.0 / 60.0,
         };
         let mut found = Vec::new();

@@ -1,5 +1,7 @@
 //! From a part's way and a face to a contact that the solver enforces.
 
+use std::ops::Range;
+
 use bevy::{
     platform::collections::{HashMap, hash_map::Entry},
     prelude::*,
@@ -59,7 +61,7 @@ pub enum Held {
 }
 
 /// A contact with what it came from.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Found {
     /// Index of the tool among those of the step.
     pub tool: u32,
@@ -78,9 +80,11 @@ pub struct Found {
     pub depth: f32,
     /// The pentahedron inside of which all vertices are.
     pub inside: Option<u32>,
-    /// How far the part moves in the pass, mm.
+    /// The passes of the step that it is for.
+    pub passes: Range<u32>,
+    /// How far the part moves in these, mm.
     pub motion_mm: f32,
-    /// What the solver is to enforce; a face whose corners are held is only told.
+    /// What the solver is to enforce in the course of them; a face whose corners are held is only told.
     pub contact: Option<Contact>,
 }
 
@@ -88,6 +92,24 @@ impl Found {
     /// The pentahedron that the part touches; none if it is merely near.
     pub fn touched(&self) -> Option<u32> {
         self.pentahedron.filter(|_| self.depth > -TOUCH_MM)
+    }
+
+    /// What the solver is to enforce in one of its passes.
+    pub fn contact_in(&self, pass: u32) -> Option<Contact> {
+        let contact = self.contact?;
+        let passes = self.passes.len() as f32;
+        let offset = |pass: u32| {
+            let share = (pass - self.passes.start) as f32 / passes;
+            contact.offset_start + share * (contact.offset_end - contact.offset_start)
+        };
+        Some(match self.passes.len() {
+            1 => contact,
+            _ => Contact {
+                offset_start: offset(pass),
+                offset_end: offset(pass + 1),
+                ..contact
+            },
+        })
     }
 }
 
@@ -102,19 +124,21 @@ pub struct Search<'a> {
     pub number: (u32, u32),
     /// Whether the part pushes; else contacts are only told.
     pub pushes: bool,
+    /// The passes of the step in which the part goes its way, and how long they take together.
+    pub passes: Range<u32>,
     pub pass_s: f32,
 }
 
 impl PartSweep {
     /// How far from the axis anything is looked at for this part, mm.
     pub fn range(&self) -> f32 {
-        (self.radius + MARGIN_MM + self.from.motion(&self.to)).max(DEPTH_LIMIT_MM)
+        (self.radius + MARGIN_MM + self.motion()).max(DEPTH_LIMIT_MM)
     }
 
     /// Whether tissue that it lies in is left as it is: an arm at rest is wrapped in flaps that strokes left, which one face would
     /// move past it and another one back. A wire that dents tissue stays outside of it.
     fn may_lie_in_tissue(&self) -> bool {
-        self.kind == ToolPartKind::Sheath && self.radius < THIN_MM && self.from.motion(&self.to) < AT_REST_MM
+        self.kind == ToolPartKind::Sheath && self.radius < THIN_MM && self.motion() < AT_REST_MM
     }
 
     /// Whether faces with edges this long are so small that their corners stand for them.
@@ -130,7 +154,7 @@ impl Search<'_> {
         let Search {
             collider, skin, part, ..
         } = *self;
-        let motion = part.from.motion(&part.to);
+        let motion = part.motion();
         let near = part.radius + if self.pushes { MARGIN_MM } else { TOUCH_MM };
         // What is inside of a part, or was passed on its way.
         let crossed = part.radius.max(motion + TOUCH_MM);
@@ -242,7 +266,8 @@ impl Search<'_> {
             point: touch.closest.on_triangle,
             normal: touch.normal,
             inside: candidate.pentahedron.filter(|_| candidate.is_inside),
-            motion_mm: self.part.from.motion(&self.part.to),
+            passes: self.passes.clone(),
+            motion_mm: self.part.motion(),
             depth: touch.depth(),
             contact: enforced.then(|| touch.contact(self.skin, self.part, vertices, self.pass_s)),
         }
@@ -451,4 +476,40 @@ fn push(
     let before = segment_triangle(part.from.a, part.from.b, face.corners);
     // Otherwise it may be the nearest to some point of the axis, and is moved past the part on that account.
     (outward.dot(before.on_segment - before.on_triangle) >= 0.0).then(|| Push::inward(part, face, closest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use resecta_solver::TissuePoint;
+
+    #[test]
+    fn what_a_contact_asks_for_in_its_passes_makes_up_what_it_asks_for() {
+        let contact = Contact {
+            point: TissuePoint::node(0),
+            normal: Vec3::X,
+            offset_start: -1.0,
+            offset_end: 0.5,
+        };
+        let found = Found {
+            tool: 0,
+            part: 0,
+            kind: ToolPartKind::Sheath,
+            vertices: [0; 3],
+            pentahedron: None,
+            surface: NodeKind::Inner,
+            point: Vec3::ZERO,
+            normal: Vec3::X,
+            depth: 0.0,
+            inside: None,
+            passes: 2..5,
+            motion_mm: 1.0,
+            contact: Some(contact),
+        };
+        let offsets = (2..5).map(|pass| {
+            let in_pass = found.contact_in(pass).unwrap();
+            (in_pass.offset_start, in_pass.offset_end)
+        });
+        assert!(offsets.eq([(-1.0, -0.5), (-0.5, 0.0), (0.0, 0.5)]));
+    }
 }

@@ -14,6 +14,8 @@ mod sweep;
 mod touch;
 mod winding;
 
+use std::ops::Range;
+
 use bevy::prelude::*;
 use resecta_solver::Contact;
 
@@ -23,7 +25,11 @@ pub(crate) use self::{
     contacts::Found,
     sweep::{Axis, ToolMotion},
 };
-use self::{collider::Nearby, contacts::Search, sweep::PartSweep};
+use self::{
+    collider::Nearby,
+    contacts::Search,
+    sweep::{PartSweep, Pass},
+};
 use crate::{
     components::Tissue,
     cut::Reports,
@@ -78,19 +84,17 @@ pub(crate) fn collide(
         for (mut tissue, _, mut collider) in ordered {
             collider.update(&Skin::of(&tissue));
             let passes = collider.passes(&tools);
-            let pass_s = time.delta_secs() / passes as f32;
             let mut found = collider.take_found();
             found.clear();
             // What pushes is found anew in each of several passes, and after a cut.
             collider.found_all = passes == 1 && !tools.iter().any(|tool| tool.cutting);
             let wanted = |tool: &ToolMotion, kind| collider.found_all || tool.current(kind) || !tool.pushes(kind);
-            for pass in 0..passes {
+            for pass in Pass::all(passes) {
                 find_contacts(
                     &collider,
                     &mut tissue,
                     &tools,
-                    (pass, passes),
-                    pass_s,
+                    (pass, time.delta_secs()),
                     wanted,
                     &mut found,
                 );
@@ -126,7 +130,6 @@ pub(crate) fn integrate(
         for (entity, mut tissue, settings, mut collider) in ordered {
             let collides = settings.collision && tools.iter().any(ToolMotion::pushes_anything);
             let passes = if collides { collider.passes(&tools) } else { 1 };
-            let pass_s = time.delta_secs() / passes as f32;
             let watched = settings.watch_error_every > 0 && steps.is_multiple_of(settings.watch_error_every);
             if watched {
                 if let Some(aim_mm) = settings.error_aim_mm {
@@ -137,29 +140,34 @@ pub(crate) fn integrate(
             }
             let mut found = collider.take_found();
             let mut touches = Touches::default();
-            touches.extend(&found);
-            for pass in 0..passes {
+            touches.extend(found.iter());
+            // What was found before the cut serves the step, too, if it is all and nothing was cut since.
+            let serves = collider.found_all && collider.is_current(&Skin::of(&tissue));
+            if !serves {
+                found.clear();
+            }
+            for pass in Pass::all(passes) {
                 contacts.clear();
                 if collides {
-                    // What was found before the cut serves the step, too, if it is all and nothing was cut since.
-                    if !collider.found_all || !collider.is_current(&Skin::of(&tissue)) {
+                    if !serves {
                         collider.update(&Skin::of(&tissue));
-                        found.clear();
+                        found.retain(|found| found.passes.contains(&pass.number));
                         let wanted = |tool: &ToolMotion, kind| tool.pushes(kind);
                         find_contacts(
                             &collider,
                             &mut tissue,
                             &tools,
-                            (pass, passes),
-                            pass_s,
+                            (pass, time.delta_secs()),
                             wanted,
                             &mut found,
                         );
+                        // Later contacts win: whether found now or before, they keep the order of the parts.
+                        found.sort_by_key(|found| (found.tool, found.part));
                     }
-                    collider.steady.hold_still(&mut found, &tissue.solver);
-                    contacts.extend(found.iter().filter_map(|found| found.contact));
+                    collider.steady.hold_still(pass.number, &mut found, &tissue.solver);
+                    contacts.extend(found.iter().filter_map(|found| found.contact_in(pass.number)));
                     if !collider.found_all {
-                        touches.extend(&found);
+                        touches.extend(found.iter().filter(|found| found.passes.start == pass.number));
                     }
                 }
                 let pass_s = time.delta_secs_f64() / f64::from(passes);
@@ -205,8 +213,8 @@ pub(crate) fn integrate(
 struct Touches(Vec<(u32, Found)>);
 
 impl Touches {
-    fn extend(&mut self, found: &[Found]) {
-        let touches = found.iter().filter_map(|found| Some((found.touched()?, *found)));
+    fn extend<'a>(&mut self, found: impl Iterator<Item = &'a Found>) {
+        let touches = found.filter_map(|found| Some((found.touched()?, found.clone())));
         self.0.extend(touches);
     }
 
@@ -216,13 +224,13 @@ impl Touches {
         let mut touches: Vec<&(u32, Found)> = self.0.iter().collect();
         touches.sort_by(|a, b| of(a).cmp(&of(b)).then(b.1.depth.total_cmp(&a.1.depth)));
         touches.dedup_by_key(|touch| of(touch));
-        for &(pentahedron, found) in touches {
+        for (pentahedron, found) in touches {
             let tool = &tools[found.tool as usize];
             messages.write(TissueContact {
                 tissue,
                 tool: tool.entity,
                 part: found.kind,
-                pentahedron,
+                pentahedron: *pentahedron,
                 point: found.point,
                 normal: found.normal,
                 depth_mm: found.depth.max(0.0),
@@ -243,32 +251,31 @@ pub(crate) fn remember_tools(mut tools: Query<&mut TissueTool>) {
     }
 }
 
-/// Appends the contacts of those parts of all tools that are wanted in one pass.
+/// Appends the contacts of those parts of all tools that are wanted and whose way from a pass on is to be looked at, in a step of so
+/// many seconds.
 fn find_contacts(
     collider: &Collider,
     tissue: &mut Tissue,
     tools: &[ToolMotion],
-    (pass, passes): (u32, u32),
-    pass_s: f32,
+    (pass, step_s): (Pass, f32),
     wanted: impl Fn(&ToolMotion, ToolPartKind) -> bool,
     found: &mut Vec<Found>,
 ) {
-    let (start, end) = (pass as f32 / passes as f32, (pass + 1) as f32 / passes as f32);
     let mut nearby = Nearby::default();
     for (tool_index, tool) in (0..).zip(tools) {
-        let parts = (0..).zip(tool.parts(start, end));
-        let parts = parts.filter(|(_, part)| wanted(tool, part.kind) && collider.may_touch(part));
-        let parts: Vec<(u32, PartSweep)> = parts.collect();
+        let parts = tool.parts_from(pass);
+        let parts = parts.filter(|(.., part)| wanted(tool, part.kind) && collider.may_touch(part));
+        let parts: Vec<(u32, Range<u32>, PartSweep)> = parts.collect();
         // The wires of a loop lie together: what is near any of them is found at once.
-        let is_wire = |(_, part): &(u32, PartSweep)| part.kind == ToolPartKind::Loop;
+        let is_wire = |(.., part): &(u32, Range<u32>, PartSweep)| part.kind == ToolPartKind::Loop;
         for together in parts.chunk_by(|one, next| is_wire(one) && is_wire(next)) {
-            let axes = together.iter().map(|(_, part)| (part.to, part.range()));
+            let axes = together.iter().map(|(.., part)| (part.to, part.range()));
             let runs = collider.runs_near(axes);
             let Tissue { solver, fine, .. } = &mut *tissue;
             if let Some(fine) = fine {
                 fine.bring(solver, collider.chunks_of(&runs));
             }
-            for (part_index, part) in together {
+            for (part_index, passes, part) in together {
                 let search = Search {
                     collider,
                     skin: &Skin::of(tissue),
@@ -276,7 +283,8 @@ fn find_contacts(
                     runs: &runs,
                     number: (tool_index, *part_index),
                     pushes: tool.pushes(part.kind),
-                    pass_s,
+                    passes: passes.clone(),
+                    pass_s: step_s * passes.len() as f32 / pass.of as f32,
                 };
                 search.find(&mut nearby, found);
             }

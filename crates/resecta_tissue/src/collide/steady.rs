@@ -43,8 +43,8 @@ impl Steady {
         Some(self.last.get(&(tool, part, place))?.1)
     }
 
-    /// Keeps the contacts of a pass near those of the pass before.
-    pub fn hold_still(&mut self, found: &mut [Found], tissue: &Tissue) {
+    /// Keeps the contacts that were found in a pass near those of the pass before.
+    pub fn hold_still(&mut self, pass: u32, found: &mut [Found], tissue: &Tissue) {
         self.next.clear();
         for found in found {
             let Some(contact) = &mut found.contact else { continue };
@@ -54,7 +54,8 @@ impl Steady {
             };
             let key = (found.tool, found.part, place);
             let share = SHARE_AT_REST + found.motion_mm / MOVES_MM;
-            if share < 1.0
+            if found.passes.start == pass
+                && share < 1.0
                 && let Some(&before) = self.last.get(&key)
                 && let Some(steadied) = towards(before, contact, share, tissue)
             {
