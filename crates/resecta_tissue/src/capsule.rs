@@ -72,32 +72,50 @@ impl Capsule {
         }
         let middle = line.iter().sum::<Vec3>() / line.len() as f32;
         let radius = line.iter().map(|point| point.distance(middle)).fold(0.0, f32::max);
-        let to_nodes = self.nodes.iter().map(|&node| tissue.position(node).distance(middle));
-        // The nearest node is no nearer than the nearest place: most triangles are too far at a glance.
-        let within = to_nodes.fold(f32::INFINITY, f32::min) + 2.0 * radius;
-        let mut best: Option<CapsuleDistance> = None;
+        let to_middle = |place: &Vec3| place.distance_squared(middle);
+        let node = self.nodes.iter().map(|&node| tissue.position(node));
+        let node = node.min_by(|one, other| to_middle(one).total_cmp(&to_middle(other)))?;
+        let point = line.iter().copied().min_by(|one, other| {
+            let to_node = |point: &Vec3| point.distance_squared(node);
+            to_node(one).total_cmp(&to_node(other))
+        })?;
+        // A node is a place of the capsule: with it, most triangles and pieces of the line are too far at a glance.
+        let mut best = CapsuleDistance {
+            distance_mm: point.distance(node),
+            on_line: point,
+            on_capsule: node,
+        };
+        let pieces = (0..line.len().max(2) - 1).map(|n| [line[n], line[(n + 1).min(line.len() - 1)]]);
+        let pieces: Vec<([Vec3; 2], Vec3, f32)> = pieces
+            .map(|[from, to]| ([from, to], from.midpoint(to), 0.5 * from.distance(to)))
+            .collect();
         for triangle in &self.triangles {
             let corners = triangle.map(|node| tissue.position(node));
             let [a, b, c] = corners;
             let size = a.distance_squared(b).max(a.distance_squared(c)).sqrt();
             // In this order what is not a number is far away.
-            if (a.distance(middle) - size).total_cmp(&within).is_gt() {
+            let is_beyond = |centre: Vec3, reach: f32, best: &CapsuleDistance| {
+                (a.distance(centre) - size - reach).total_cmp(&best.distance_mm).is_gt()
+            };
+            if is_beyond(middle, radius, &best) {
                 continue;
             }
-            for n in 0..line.len().max(2) - 1 {
-                let end = line[(n + 1).min(line.len() - 1)];
-                let closest = segment_triangle(line[n], end, corners);
+            for &([from, to], centre, reach) in &pieces {
+                if is_beyond(centre, reach, &best) {
+                    continue;
+                }
+                let closest = segment_triangle(from, to, corners);
                 let distance_mm = closest.distance();
-                if best.is_none_or(|best| distance_mm < best.distance_mm) {
-                    best = Some(CapsuleDistance {
+                if distance_mm < best.distance_mm {
+                    best = CapsuleDistance {
                         distance_mm,
                         on_line: closest.on_segment,
                         on_capsule: closest.on_triangle,
-                    });
+                    };
                 }
             }
         }
-        best
+        Some(best)
     }
 }
 
