@@ -1,9 +1,9 @@
 //! What a frame of the game costs but for the graphics adapter: `cargo bench --workspace --bench frame`.
 //!
 //! The full operation on its gland of some 11,000 nodes, one fixed step a frame, on one thread: instrument, tissue, blood,
-//! water, chips, metrics, the views' own systems and the visible mesh; neither egui nor what Bevy's renderer does. A script cuts
-//! three strokes in one line and looks at them. The first row has every model on; each of the next leaves one out; in the last, the
-//! tissue follows an aim for its error. The error is that of steps watched every second, of which these rows leave the times out.
+//! water, chips, metrics, the views' own systems and the visible mesh; not what Bevy's renderer does. A script cuts three strokes in
+//! one line and looks at them. The first row has every model on; each of the next leaves one out; the last but one has the game's panel,
+//! guidance and screens (egui), too; in the last, the tissue follows an aim for its error. The error is that of steps watched every second, of which these rows leave the times out.
 //! Prints a table in Markdown, in ms. Rows are run in turn, several times, and the quietest run of each counts: compare within
 //! one run only.
 
@@ -17,7 +17,7 @@ use bevy::{
     winit::WinitPlugin,
 };
 use resecta::{
-    ResectaPlugins, assets, headless,
+    ResectaPlugins, assets, game, headless,
     instrument::{InstrumentScript, InstrumentSource},
     prelude::*,
     scenario::{ActiveExercise, LoadedExercise, RunState},
@@ -38,10 +38,11 @@ struct Row {
     name: &'static str,
     change: fn(&mut LoadedExercise),
     has_view: bool,
+    has_screens: bool,
     aim_mm: Option<f32>,
 }
 
-const ROWS: [Row; 10] = [
+const ROWS: [Row; 11] = [
     row("every model", |_| {}),
     row("without collapse", |loaded| loaded.exercise.models.collapse = None),
     row("cut by whole elements", |loaded| {
@@ -63,6 +64,10 @@ const ROWS: [Row; 10] = [
         ..row("without the views", |_| {})
     },
     Row {
+        has_screens: true,
+        ..row("every model, with panel and guidance", |_| {})
+    },
+    Row {
         aim_mm: Some(0.01),
         ..row("every model, an aim of 0.01 mm", |_| {})
     },
@@ -73,6 +78,7 @@ const fn row(name: &'static str, change: fn(&mut LoadedExercise)) -> Row {
         name,
         change,
         has_view: true,
+        has_screens: false,
         aim_mm: None,
     }
 }
@@ -143,7 +149,7 @@ fn play(row: &Row) -> Run {
     let library = Library::new(assets::find().expect("the assets are here"));
     let mut loaded = library.load(EXERCISE).expect("the exercise is shipped");
     (row.change)(&mut loaded);
-    let prepared = loaded.prepare().expect("the gland can be built");
+    let prepared = loaded.clone().prepare().expect("the gland can be built");
     let script = InstrumentScript::from_ron(SCRIPT, "trench.ron".as_ref(), &prepared.resectoscope.limits);
 
     let mut app = App::new();
@@ -154,7 +160,8 @@ fn play(row: &Row) -> Run {
     let plugins = DefaultPlugins
         .set(one_thread)
         .set(WindowPlugin {
-            primary_window: None,
+            // Nobody opens it; the panel is as large as it.
+            primary_window: row.has_screens.then(Window::default),
             exit_condition: bevy::window::ExitCondition::DontExit,
             ..default()
         })
@@ -171,6 +178,10 @@ fn play(row: &Row) -> Run {
     app.add_plugins((plugins, ResectaPlugins));
     if row.has_view {
         app.add_plugins(ViewPlugin);
+    }
+    if row.has_screens {
+        game::add_screens_in_play(&mut app, library, loaded);
+    } else if row.has_view {
         app.world_mut().spawn(endoscope_camera());
     }
     for (_, schedule) in app.world_mut().resource_mut::<Schedules>().iter_mut() {

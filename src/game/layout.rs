@@ -81,12 +81,13 @@ impl ViewLayout {
 }
 
 pub(super) fn add_cameras(
-    adapter: Res<RenderAdapterInfo>,
+    // None where nothing draws.
+    adapter: Option<Res<RenderAdapterInfo>>,
     mut settings: ResMut<EguiGlobalSettings>,
     mut commands: Commands,
 ) {
     settings.auto_create_primary_context = false;
-    let msaa = smoothing(&adapter);
+    let msaa = adapter.map_or(Msaa::Off, |adapter| smoothing(&adapter));
     commands.spawn((endoscope_camera(), msaa));
     commands.spawn((
         outside_camera(),

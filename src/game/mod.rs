@@ -73,7 +73,7 @@ use bevy::{
 use bevy_egui::EguiPlugin;
 use resecta_instrument::LiveInput;
 use resecta_records::{RecordError, RecorderPlugin};
-use resecta_scenario::{ExerciseError, Extensions, Library, RunLog};
+use resecta_scenario::{ExerciseError, Extensions, Library, LoadedExercise, RunLog};
 use thiserror::Error;
 
 use crate::{
@@ -214,6 +214,49 @@ fn in_window(window: WindowPlugin, waits_for_shaders: bool) -> PluginGroupBuilde
         })
 }
 
+/// All of the game but its window and what is drawn by itself.
+fn add_screens(app: &mut App, player: &Player) {
+    let (file, history) = match player {
+        Player::User => (SettingsFile::of_user(), history::History::load()),
+        Player::Nobody => (None, history::History::default()),
+    };
+    app.add_plugins((
+        EguiPlugin::default(),
+        PlayersPlugin,
+        (menu::plugin, menu_pad::plugin),
+        flow::plugin,
+        (layout::plugin, outside::plugin),
+        (pace::plugin, fineness::plugin),
+        (panel::plugin, overlay::plugin),
+        title::plugin,
+        (choose::plugin, progress::plugin, outlines::plugin, RecorderPlugin),
+        tutorial::plugin,
+        moments::plugin,
+        debrief::plugin,
+        (stops::plugin, sound::plugin),
+        guidance::plugin,
+        SettingsPlugin { file },
+    ));
+    app.init_resource::<DrawBetweenSteps>()
+        .init_resource::<RunLog>()
+        .insert_resource(history);
+}
+
+/// Adds the game's screens, panel and guidance to an app without a display, as if an exercise were shown in play: what they cost a
+/// frame is measured so (`benches/frame.rs`). The app has Bevy's plugins with a primary window that nobody opens, [`ResectaPlugins`] and
+/// [`ViewPlugin`]; nothing of the user is read or kept.
+pub fn add_screens_in_play(app: &mut App, library: Library, exercise: LoadedExercise) {
+    add_screens(app, &Player::Nobody);
+    let sources = catalogue::Sources {
+        library,
+        mods: None,
+        own: None,
+    };
+    let mut flow = GameFlow::at_briefing(exercise);
+    (flow.phase, flow.watches) = (Phase::Playing, true);
+    app.insert_resource(sources.read()).insert_resource(flow);
+}
+
 /// The game, ready to run.
 fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) -> Result<App, GameError> {
     display::check()?;
@@ -250,41 +293,13 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
             },
             matches!(player, Player::Nobody),
         ),
-        EguiPlugin::default(),
         ResectaPlugins,
-        PlayersPlugin,
         ViewPlugin,
-        (
-            (menu::plugin, menu_pad::plugin),
-            flow::plugin,
-            (layout::plugin, outside::plugin),
-            (pace::plugin, fineness::plugin),
-            panel::plugin,
-            overlay::plugin,
-            title::plugin,
-            (choose::plugin, progress::plugin, outlines::plugin, RecorderPlugin),
-            tutorial::plugin,
-            moments::plugin,
-            debrief::plugin,
-            stops::plugin,
-            sound::plugin,
-            guidance::plugin,
-            SettingsPlugin {
-                file: match player {
-                    Player::User => SettingsFile::of_user(),
-                    Player::Nobody => None,
-                },
-            },
-        ),
     ));
+    add_screens(&mut app, &player);
     if let Player::User = player {
         app.add_plugins((reload::ReloadPlugin { sources }, catch_up::plugin));
     }
-    app.init_resource::<DrawBetweenSteps>();
-    app.init_resource::<RunLog>().insert_resource(match player {
-        Player::User => history::History::load(),
-        Player::Nobody => history::History::default(),
-    });
     // Keyboard and mouse are the menu's until play begins.
     app.world_mut().resource_mut::<LiveInput>().captured = false;
     match (chosen, prepared) {
