@@ -242,7 +242,8 @@ mod tests {
                 for (_, passes, part) in stretches {
                     prop_assert_eq!(passes.start, next);
                     prop_assert!(at.motion(&part.from) < 1e-4);
-                    prop_assert!(part.ranges() < 1.01 || of == PASSES_MAX, "{part:?}");
+                    // By a twentieth at most: turned and moved at once, a part goes faster at first than in the mean.
+                    prop_assert!(part.ranges() < 1.05 || of == PASSES_MAX, "{part:?}");
                     (next, at) = (passes.end, part.to);
                 }
                 prop_assert_eq!(next, of);
