@@ -3,7 +3,8 @@
 //! The full operation on its gland of some 11,000 nodes, one fixed step a frame, on one thread: instrument, tissue, blood,
 //! water, chips, metrics, the views' own systems and the visible mesh; not what Bevy's renderer does. A script cuts three strokes in
 //! one line and looks at them. The first row has every model on; each of the next leaves one out; the last but one has the game's panel,
-//! guidance and screens (egui), too; in the last, the tissue follows an aim for its error. The error is that of steps watched every second, of which these rows leave the times out.
+//! guidance and screens (egui), too; in the last, the tissue follows an aim for its error. The error is that of steps watched every
+//! second, of which these rows leave the times out.
 //! Prints a table in Markdown, in ms. Rows are run in turn, several times, and the quietest run of each counts: compare within
 //! one run only.
 

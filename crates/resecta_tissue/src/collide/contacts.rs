@@ -368,10 +368,8 @@ impl<'a> Candidates<'a> {
 
     /// All of them, ordered by face and corner.
     fn chosen(&self) -> impl Iterator<Item = &Candidate> {
-        let mut chosen: Vec<&Candidate> = {
-            let inside = self.inside.values().map(|inside| &inside.deepest);
-            self.at_nodes.iter().chain(inside).collect()
-        };
+        let inside = self.inside.values().map(|inside| &inside.deepest);
+        let mut chosen: Vec<&Candidate> = self.at_nodes.iter().chain(inside).collect();
         chosen.sort_unstable_by_key(|candidate| candidate.held);
         chosen.into_iter()
     }
