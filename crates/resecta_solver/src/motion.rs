@@ -79,7 +79,7 @@ pub enum StepError {
 enum Attempt {
     /// By the bound of the tissue as it lay before.
     AsItLay,
-    /// By the bound of the shape that the first attempt led to.
+    /// By the inertias, or else the bound, of the shape that the first attempt led to.
     AsItCame,
     /// By a bound that holds for any shape. The volume terms of pentahedra have none: with them this is made again, with half
     /// the bound each time, so many times at most.
@@ -210,6 +210,10 @@ impl Tissue {
         plan_of: impl Fn(f64) -> Result<Plan, StepError>,
         contacts: &[Contact],
     ) -> Result<StepReport, StepError> {
+        let is_pushed = !contacts.is_empty();
+        if is_pushed {
+            self.weigh_what_outgrew();
+        }
         let mut plan = plan_of(self.bound_s())?;
         let mut attempt = Attempt::AsItLay;
         self.wake_reached(contacts);
@@ -239,7 +243,11 @@ impl Tissue {
             };
             let stricter = if is_sound && attempt == Attempt::AsItLay {
                 attempt = Attempt::AsItCame;
-                bound_s
+                if is_pushed && self.weigh_what_outgrew() {
+                    self.bound_s()
+                } else {
+                    bound_s
+                }
             } else {
                 attempt = Attempt::ForAnyShape { again };
                 let of_springs = self.bound_of_any_shape_s();

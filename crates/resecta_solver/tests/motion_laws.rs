@@ -297,3 +297,52 @@ fn an_advance_that_is_refused_halfway_leaves_the_tissue_as_it_was() {
     }
     assert_eq!(tissue.bound_s(), bound, "the bound is that of the tissue as it lies");
 }
+
+/// Presses the upper end of a tube of diagonals down by a share of its height, and gives the least bound of any advance over that
+/// of the tube at rest.
+fn least_bound_while_pressed(share: f32, is_pushed: bool) -> f64 {
+    let mut tissue = tube(15.0, ShearResistance::Diagonals);
+    let height = |tissue: &Tissue, node: u32| tissue.rest_position(node).z;
+    let (low, high) = (0..tissue.node_count() as u32)
+        .map(|node| height(&tissue, node))
+        .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), z| {
+            (low.min(z), high.max(z))
+        });
+    let top: Vec<u32> = (0..tissue.node_count() as u32)
+        .filter(|&node| height(&tissue, node) > high - 1e-3)
+        .collect();
+    let at_rest = tissue.bound_s();
+    let (steps, way) = (30, share * (high - low));
+    let mut least = f64::INFINITY;
+    for step in 0..steps {
+        let offset = |step: u32| -high + way * step as f32 / steps as f32;
+        let press = |&node: &u32| Contact {
+            point: TissuePoint::node(node),
+            normal: Vec3::NEG_Z,
+            offset_start: offset(step),
+            offset_end: offset(step + 1),
+        };
+        let contacts: Vec<Contact> = top.iter().map(press).collect();
+        if !is_pushed {
+            // The same way, as edits: the tissue is moved, not pushed.
+            for &node in &top {
+                let place = tissue.position(node).with_z(-offset(step + 1));
+                tissue.set_position(node, place).expect("a finite place");
+            }
+        }
+        let pushes = if is_pushed { &contacts[..] } else { &[] };
+        let report = tissue.advance(1.0 / 60.0, pushes).expect("a plain advance");
+        assert_eq!(report.put_aside, []);
+        assert!(report.substep_s <= report.bound_s);
+        least = least.min(report.bound_s / at_rest);
+    }
+    least
+}
+
+#[test]
+fn nodes_that_a_tool_makes_faster_get_more_inertia_and_the_rest_no_shorter_substeps() {
+    let moved = least_bound_while_pressed(0.4, false);
+    assert!(moved < 0.9, "nothing is made faster: {moved}");
+    let pushed = least_bound_while_pressed(0.4, true);
+    assert!(pushed > 0.98, "{pushed}");
+}
