@@ -528,6 +528,10 @@ mod tests {
                 prop_assert!(holds_every_face(&kept, &skin));
                 prop_assert!(kept.patches.are_consistent());
                 for point in [a, b] {
+                    // Of a point in the surface no number of rays tells anything.
+                    if distance_to_all(&Skin::of(&tissue), point) < TIE_MM {
+                        continue;
+                    }
                     let around = winding(&Skin::of(&tissue), point);
                     let Tissue { solver, fine, .. } = &mut tissue;
                     prop_assert_eq!(kept.holds(solver, fine.as_mut(), point), around > 0.5, "{} around", around);
