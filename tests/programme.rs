@@ -1,15 +1,56 @@
-//! The shipped programme: who shows an exercise earns at least silver, nobody at the instrument earns no medal,
-//! and limits end the run of somebody reckless.
+//! The shipped programme: who shows an exercise earns at least silver, and the record of that plays again to the same bits with
+//! another number of threads; nobody at the instrument earns no medal, and limits end the run of somebody reckless.
 
 mod common;
 
-use common::{LONG, SHORT};
+use std::fs;
+
+use common::succeed;
 use resecta::{
     fluid::{VesselKind, Vessels},
     players::{self, Player, PlayersPlugin},
     scenario::{EndReason, Medal, Report},
     testing::Trial,
 };
+use serde_json::Value;
+
+/// A list of exercises, and a test for each, so that they are played side by side.
+macro_rules! played {
+    ($list:ident, $module:ident, $when:meta: $($exercise:ident)*) => {
+        const $list: &[&str] = &[$(stringify!($exercise)),*];
+        mod $module {
+            $(
+                #[test]
+                #[$when]
+                fn $exercise() {
+                    super::earns_silver_and_plays_again(stringify!($exercise));
+                }
+            )*
+        }
+    };
+}
+
+played!(SHORT, whoever_shows_a_short_exercise_earns_silver_and_its_record_plays_again, cfg(all()):
+    orientation irrigation loop_control first_cuts middle_lobe left_lobe right_lobe apex haemostasis imported_gland);
+played!(LONG, whoever_shows_a_long_exercise_earns_silver_and_its_record_plays_again, ignore = "many minutes each":
+    five_minutes operation_small full_operation operation_large);
+
+/// Plays an exercise as whoever shows it, on one thread, and its record on two.
+fn earns_silver_and_plays_again(exercise: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let play = format!("run {exercise} --player reference --out out --threads 1");
+    succeed(folder, play.split(' '));
+    let report: Value = serde_json::from_slice(&fs::read(folder.join("out/report.json")).unwrap()).unwrap();
+    let (medal, points) = (&report["score"]["medal"], &report["score"]["total"]);
+    let earned: Option<Medal> = serde_json::from_value(medal.clone()).unwrap();
+    assert!(earned >= Some(Medal::Silver), "{exercise}: {medal} for {points} points");
+    let told = succeed(folder, "replay out/run.resecta-run --check --threads 2".split(' '));
+    assert!(
+        told.contains("every hash and all results as recorded"),
+        "{exercise}: {told}"
+    );
+}
 
 fn started(exercise: &str) -> Trial {
     let mut trial = Trial::new(PlayersPlugin);
@@ -24,30 +65,11 @@ fn shown(exercise: &str) -> Report {
     trial.report()
 }
 
-fn earns_silver(exercise: &&str) {
-    let report = shown(exercise);
-    assert!(
-        report.score.medal >= Some(Medal::Silver),
-        "{exercise}: {:?} for {} points",
-        report.score.medal,
-        report.score.total
-    );
-}
-
-#[test]
-fn whoever_shows_a_short_exercise_earns_at_least_silver() {
-    SHORT.iter().for_each(earns_silver);
-}
-
-#[test]
-#[ignore = "many minutes"]
-fn whoever_shows_a_long_exercise_earns_at_least_silver() {
-    LONG.iter().for_each(earns_silver);
-}
-
 #[test]
 fn every_exercise_that_ships_is_shown_and_the_tutorial_to_its_end() {
+    let played = [SHORT, LONG, &["tutorial"]].concat();
     for exercise in Trial::new(()).library().unwrap().exercise_names() {
+        assert!(played.contains(&exercise.as_str()), "no test plays {exercise}");
         let mut trial = started(&exercise);
         assert!(players::show(trial.app.world_mut()), "nobody shows {exercise}");
     }
@@ -61,7 +83,7 @@ fn every_exercise_that_ships_is_shown_and_the_tutorial_to_its_end() {
 
 #[test]
 fn nobody_at_the_instrument_earns_nothing() {
-    for exercise in SHORT.into_iter().chain(LONG) {
+    for exercise in SHORT.iter().chain(LONG) {
         let mut trial = started(exercise);
         // No limit of time is nearer than a minute: what is not earned in five seconds of doing nothing is not earned in more.
         trial.steps(300);

@@ -4,7 +4,7 @@ mod common;
 
 use std::{fs, path::Path, process::Output};
 
-use common::{EXERCISE, LONG, SCRIPT, SHORT, command, write};
+use common::{EXERCISE, SCRIPT, command, write};
 
 /// Runs the program with a data folder of its own.
 fn resecta(folder: &Path, arguments: &[&str]) -> Output {
@@ -149,39 +149,4 @@ fn the_shipped_script_of_first_cuts_plays_again_on_one_thread_and_two() {
         succeed(folder.path(), &["replay", &record, "--check", "--threads", others]);
     }
     assert!(records[0] == records[1], "the records differ");
-}
-
-/// Plays an exercise on one thread and its record on two.
-fn plays_again(exercise: &&str) {
-    let folder = tempfile::tempdir().unwrap();
-    succeed(
-        folder.path(),
-        &[
-            "run",
-            exercise,
-            "--player",
-            "reference",
-            "--out",
-            "out",
-            "--threads",
-            "1",
-        ],
-    );
-    let told = succeed(folder.path(), &["replay", RECORD, "--check", "--threads", "2"]);
-    assert!(
-        told.contains("every hash and all results as recorded"),
-        "{exercise}: {told}"
-    );
-}
-
-#[test]
-#[ignore = "many minutes"]
-fn the_record_of_every_short_exercise_plays_again_on_two_threads() {
-    SHORT.iter().for_each(plays_again);
-}
-
-#[test]
-#[ignore = "hours"]
-fn the_record_of_every_long_exercise_plays_again_on_two_threads() {
-    LONG.iter().for_each(plays_again);
 }

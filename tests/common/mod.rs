@@ -37,22 +37,6 @@ pub const SCRIPT: &str = "(
 )
 ";
 
-/// The exercises that who shows them plays to their end in a minute or so.
-pub const SHORT: [&str; 10] = [
-    "orientation",
-    "irrigation",
-    "loop_control",
-    "first_cuts",
-    "middle_lobe",
-    "left_lobe",
-    "right_lobe",
-    "apex",
-    "haemostasis",
-    "imported_gland",
-];
-/// Those that take many.
-pub const LONG: [&str; 4] = ["five_minutes", "operation_small", "full_operation", "operation_large"];
-
 /// Writes [`EXERCISE`] into a folder.
 pub fn write_exercise(folder: &Path) -> PathBuf {
     write(folder, "test.exercise.ron", EXERCISE)
