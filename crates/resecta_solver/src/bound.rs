@@ -43,7 +43,7 @@ const SAFETY: f64 = 0.9;
 /// A node has outgrown its inertia when the square of its frequency is so many times what the effort allows.
 const OUTGROWN: f32 = 1.02;
 
-/// It then gets so many times the inertia that it would need, and keeps it while it needs no less than this part of it.
+/// It then gets so many times the inertia that it needs. What it needs less later it gives back beyond this.
 const ROOM: f32 = 1.3;
 
 /// What is usual in a tissue as built, by the median of its nodes.
@@ -240,7 +240,7 @@ impl Tissue {
     }
 
     /// Softens springs, and gives every node that moves its inertia by its stiffness: its mass, or what brings its frequency
-    /// to the limit. A node that had outgrown its inertia gets room, and keeps it until it needs much less.
+    /// to the limit. A node that had outgrown its inertia gets [`ROOM`].
     fn weigh(&mut self) {
         let fastest = self.fastest();
         if self.springs.unsoften() {
