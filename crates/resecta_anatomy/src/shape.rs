@@ -1,10 +1,9 @@
 //! How the nodes and cells of a lattice are numbered.
 //!
-//! `index(i, j, k) = (i * layers + k) * angles + j`: the angle runs fastest, the slice slowest. A neighbour along the wall or
-//! along the axis then stands at a constant distance in memory over a whole slice or over the whole lattice, and one around
-//! the section over a ring but for its last node. A solver can walk the springs of a family in long runs of contiguous
-//! memory. A gland has more slices than layers: with the slice slowest no neighbour is further than a slice, and a substep
-//! takes a tenth less time than with the layer slowest. Cells are numbered likewise.
+//! `index(i, j, k) = (k * slices + i) * angles + j`: the angle runs fastest, the layer slowest. A neighbour along the axis
+//! or along the wall then stands at a constant distance in memory over a whole layer or over the whole lattice, and one
+//! around the section over a ring but for its last node. A solver can walk the springs of a family in long runs of
+//! contiguous memory.
 
 /// Step `[slices, angles, layers]` from a node to its neighbour around the section, along the axis and along the wall:
 /// the three families of springs of the papers (at most six neighbours a node).
@@ -49,25 +48,25 @@ impl LatticeShape {
 
     /// Index of the node on slice `i`, ray `j` (any, it is taken modulo the angles) and layer `k`.
     pub const fn index(self, i: u32, j: u32, k: u32) -> u32 {
-        (i * self.layers + k) * self.angles + j % self.angles
+        (k * self.slices + i) * self.angles + j % self.angles
     }
 
     /// Slice, ray and layer `[i, j, k]` of a node.
     pub const fn coordinates(self, node: u32) -> [u32; 3] {
         let row = node / self.angles;
-        [row / self.layers, node % self.angles, row % self.layers]
+        [row % self.slices, node % self.angles, row / self.slices]
     }
 
     /// Index of the cell between slices `i`, `i + 1`, rays `j`, `j + 1` and layers `k`, `k + 1`. Its pentahedra are
     /// `2 * cell` and `2 * cell + 1`.
     pub const fn cell_index(self, i: u32, j: u32, k: u32) -> u32 {
-        (i * (self.layers - 1) + k) * self.angles + j % self.angles
+        (k * (self.slices - 1) + i) * self.angles + j % self.angles
     }
 
     /// Slice, ray and layer `[i, j, k]` of a cell's lowest corner.
     pub const fn cell_coordinates(self, cell: u32) -> [u32; 3] {
         let row = cell / self.angles;
-        [row / (self.layers - 1), cell % self.angles, row % (self.layers - 1)]
+        [row % (self.slices - 1), cell % self.angles, row / (self.slices - 1)]
     }
 
     /// The two pentahedra of a cell, as node indices in the order of [`crate::wedge`].
@@ -95,8 +94,8 @@ impl LatticeShape {
     /// All pentahedra, in the order of their indices.
     pub fn pentahedra(self) -> Vec<[u32; 6]> {
         let mut pentahedra = Vec::with_capacity(self.pentahedron_count());
-        for i in 0..self.slices - 1 {
-            for k in 0..self.layers - 1 {
+        for k in 0..self.layers - 1 {
+            for i in 0..self.slices - 1 {
                 for j in 0..self.angles {
                     pentahedra.extend(self.cell_pentahedra(i, j, k));
                 }
@@ -105,14 +104,14 @@ impl LatticeShape {
         pentahedra
     }
 
-    /// Every pair of nodes one `step` (`[slices, angles, layers]`, see [`AXIS_STEPS`]) apart, the slice outermost, then the
-    /// layer, then the angle. Between two pairs that follow each other, both nodes rise by one, except where a ring closes
-    /// or the family skips a layer.
+    /// Every pair of nodes one `step` (`[slices, angles, layers]`, see [`AXIS_STEPS`]) apart, the layer outermost, then the
+    /// slice, then the angle. Between two pairs that follow each other, both nodes rise by one, except where a ring closes
+    /// or the family skips a slice.
     pub fn pairs(self, step: [i32; 3]) -> impl Iterator<Item = [u32; 2]> {
         let [di, dj, dk] = step;
         let (first_slices, first_layers) = (inside(di, self.slices), inside(dk, self.layers));
-        first_slices.flat_map(move |i| {
-            first_layers.clone().flat_map(move |k| {
+        first_layers.flat_map(move |k| {
+            first_slices.clone().flat_map(move |i| {
                 (0..self.angles).map(move |j| {
                     let j_other = (i64::from(j) + i64::from(dj)).rem_euclid(i64::from(self.angles)) as u32;
                     [
@@ -200,11 +199,11 @@ mod tests {
 
     #[test]
     fn springs_along_the_axis_and_the_wall_run_at_constant_offset() {
-        for [a, b] in SHAPE.pairs(AXIS_STEPS[2]) {
+        for [a, b] in SHAPE.pairs(AXIS_STEPS[1]) {
             assert_eq!(b - a, SHAPE.angles);
         }
-        for (place, [a, b]) in SHAPE.pairs(AXIS_STEPS[1]).enumerate() {
-            assert_eq!([a, b], [place as u32, place as u32 + SHAPE.layers * SHAPE.angles]);
+        for (place, [a, b]) in SHAPE.pairs(AXIS_STEPS[2]).enumerate() {
+            assert_eq!([a, b], [place as u32, place as u32 + SHAPE.slices * SHAPE.angles]);
         }
     }
 }

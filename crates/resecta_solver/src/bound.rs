@@ -26,11 +26,6 @@
 //! loads do not change, and inertia decides little in tissue this viscous; the error is part of what [`crate::reference`]
 //! shows. What is stiffer by far than the tissue around it is softened first: `soften.rs`. How far either goes is part of
 //! the tissue's effort: `watch.rs`.
-//!
-//! Where a tool crushes tissue that was cut, a few nodes of thousands get faster than their inertias were to allow. They are given
-//! more, with room to grow, in place of shorter substeps for all: in an operation on a gland of 11,000 nodes a sixth of all
-//! substeps were made for them. Only while contacts act: these take and give energy anyway. A tissue left to itself keeps its
-//! inertias, since others would change its energy.
 
 use crate::motion::StepError;
 use crate::sites::LANES;
@@ -39,12 +34,6 @@ use crate::watch::Effort;
 
 /// Substeps are shortened below the bound by this factor: squares of frequencies may grow by a fifth within an advance.
 const SAFETY: f64 = 0.9;
-
-/// A node has outgrown its inertia when the square of its frequency is so many times what the effort allows.
-const OUTGROWN: f32 = 1.02;
-
-/// It then gets so many times the inertia that it needs. What it needs less later it gives back beyond this.
-const ROOM: f32 = 1.3;
 
 /// What is usual in a tissue as built, by the median of its nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,9 +77,6 @@ pub(crate) enum Known {
 pub(crate) struct Weighing {
     held: Known,
     inertias: Known,
-    /// Whether a node has outgrown its inertia, and whether any was ever given room for that.
-    outgrown: bool,
-    has_room: bool,
     /// How often inertias have been worked out.
     pub round: u64,
 }
@@ -100,8 +86,6 @@ impl Weighing {
         Weighing {
             held: Known::No,
             inertias: Known::No,
-            outgrown: false,
-            has_room: false,
             round: 0,
         }
     }
@@ -223,24 +207,11 @@ impl Tissue {
         let rate = rates.into_iter().fold(f32::INFINITY, f32::min);
         let bound = longest_stable(f64::from(square), f64::from(rate));
         self.bound = Some(bound);
-        self.weighing.outgrown = square > OUTGROWN * self.fastest();
         bound
     }
 
-    /// Where nodes have outgrown their inertias, gives them more and the tissue another bound, both by how nodes were held when that
-    /// was last measured. Says whether any had.
-    pub(crate) fn weigh_what_outgrew(&mut self) -> bool {
-        let outgrown = self.weighing.outgrown && self.weighing.held == Known::Yes;
-        if outgrown {
-            self.weighing.has_room = true;
-            self.weigh();
-            self.bound_of_stiffness();
-        }
-        outgrown
-    }
-
     /// Softens springs, and gives every node that moves its inertia by its stiffness: its mass, or what brings its frequency
-    /// to the limit. A node that had outgrown its inertia gets [`ROOM`].
+    /// to the limit.
     fn weigh(&mut self) {
         let fastest = self.fastest();
         if self.springs.unsoften() {
@@ -250,7 +221,6 @@ impl Tissue {
             self.measure_held();
         }
         let per_fastest = 1.0 / fastest;
-        let room = if self.weighing.has_room { ROOM } else { 1.0 };
         let nodes = self
             .nodes
             .inverse_inertia
@@ -259,15 +229,10 @@ impl Tissue {
             .zip(&self.nodes.mass.values);
         for ((inverse, mass), stiffness) in nodes.zip(&self.scratch.held.stiffness.values) {
             for n in 0..LANES {
-                let (before, mass, needed) = (inverse.0[n], mass.0[n], stiffness.0[n] * per_fastest);
-                let (least, most) = (1.0 / mass.max(room * needed), 1.0 / mass.max(needed));
-                let weighed = if before > OUTGROWN * most {
-                    least
-                } else {
-                    before.clamp(least, most)
-                };
                 // None for what does not move: removed nodes, fixed ones and those put aside.
-                inverse.0[n] = if before > 0.0 { weighed } else { 0.0 };
+                let moves = inverse.0[n] > 0.0;
+                let weighed = 1.0 / mass.0[n].max(stiffness.0[n] * per_fastest);
+                inverse.0[n] = if moves { weighed } else { 0.0 };
             }
         }
         self.weighing.inertias = self.weighing.held;

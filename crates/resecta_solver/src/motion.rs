@@ -79,7 +79,7 @@ pub enum StepError {
 enum Attempt {
     /// By the bound of the tissue as it lay before.
     AsItLay,
-    /// By the inertias, or else the bound, of the shape that the first attempt led to.
+    /// By the bound of the shape that the first attempt led to.
     AsItCame,
     /// By a bound that holds for any shape. The volume terms of pentahedra have none: with them this is made again, with half
     /// the bound each time, so many times at most.
@@ -210,10 +210,6 @@ impl Tissue {
         plan_of: impl Fn(f64) -> Result<Plan, StepError>,
         contacts: &[Contact],
     ) -> Result<StepReport, StepError> {
-        let is_pushed = !contacts.is_empty();
-        if is_pushed {
-            self.weigh_what_outgrew();
-        }
         let mut plan = plan_of(self.bound_s())?;
         let mut attempt = Attempt::AsItLay;
         self.wake_reached(contacts);
@@ -243,11 +239,7 @@ impl Tissue {
             };
             let stricter = if is_sound && attempt == Attempt::AsItLay {
                 attempt = Attempt::AsItCame;
-                if is_pushed && self.weigh_what_outgrew() {
-                    self.bound_s()
-                } else {
-                    bound_s
-                }
+                bound_s
             } else {
                 attempt = Attempt::ForAnyShape { again };
                 let of_springs = self.bound_of_any_shape_s();
