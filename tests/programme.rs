@@ -14,7 +14,7 @@ use resecta::{
 };
 use serde_json::Value;
 
-/// A list of exercises, and a test for each, so that they are played side by side.
+/// A list of exercises, and a test for each, so that they are played side by side: always (`cfg(all())`), or only when asked for.
 macro_rules! played {
     ($list:ident, $module:ident, $when:meta: $($exercise:ident)*) => {
         const $list: &[&str] = &[$(stringify!($exercise)),*];
