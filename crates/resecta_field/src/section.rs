@@ -32,43 +32,65 @@ impl Plane {
 
     /// Of a prism whose corners have places (xyz) and values (w), what is kept.
     fn through_prism(&self, corners: [Vec4; 6], found: &mut impl FnMut([Vec3; 3])) {
-        for tetrahedron in TETRAHEDRA {
-            self.through_tetrahedron(tetrahedron.map(|corner| corners[corner]), found);
-        }
-    }
-
-    fn through_tetrahedron(&self, corners: [Vec4; 4], found: &mut impl FnMut([Vec3; 3])) {
         let beyond = corners.map(|corner| self.beyond_mm(corner.truncate()));
-        let is_beyond = |n: &usize| beyond[*n] > 0.0;
-        let on_edge = |a: usize, b: usize| corners[a].lerp(corners[b], beyond[a] / (beyond[a] - beyond[b]));
-        let (ahead, behind): (Vec<usize>, Vec<usize>) = (0..4).partition(is_beyond);
-        match (&ahead[..], &behind[..]) {
-            (&[alone], &[a, b, c]) | (&[a, b, c], &[alone]) => {
-                keep(&[a, b, c].map(|other| on_edge(alone, other)), found);
-            }
-            (&[a, b], &[c, d]) => {
-                keep(&[on_edge(a, c), on_edge(a, d), on_edge(b, d), on_edge(b, c)], found);
-            }
-            _ => (),
+        let ahead = beyond.iter().filter(|beyond| **beyond > 0.0).count();
+        // Most prisms of a pentahedron lie on one side.
+        if ahead == 0 || ahead == beyond.len() {
+            return;
+        }
+        for tetrahedron in TETRAHEDRA {
+            let corner = |n: usize| (corners[tetrahedron[n]], beyond[tetrahedron[n]]);
+            through_tetrahedron(std::array::from_fn(corner), found);
         }
     }
 }
 
-/// What of a convex polygon has positive values (w), as a fan of triangles.
+/// Of a tetrahedron whose corners lie so far beyond a plane, what is kept of the section.
+fn through_tetrahedron(corners: [(Vec4, f32); 4], found: &mut impl FnMut([Vec3; 3])) {
+    // Those beyond the plane first, each side in its order.
+    let mut sorted = corners;
+    let mut ahead = 0;
+    for corner in corners.into_iter().filter(|(_, beyond)| *beyond > 0.0) {
+        sorted[ahead] = corner;
+        ahead += 1;
+    }
+    let behind = corners.into_iter().filter(|(_, beyond)| *beyond <= 0.0);
+    sorted[ahead..]
+        .iter_mut()
+        .zip(behind)
+        .for_each(|(place, corner)| *place = corner);
+    let on_edge = |from: usize, to: usize| {
+        let ((a, beyond_a), (b, beyond_b)) = (sorted[from], sorted[to]);
+        a.lerp(b, beyond_a / (beyond_a - beyond_b))
+    };
+    match ahead {
+        1 => keep(&[1, 2, 3].map(|other| on_edge(0, other)), found),
+        3 => keep(&[0, 1, 2].map(|other| on_edge(3, other)), found),
+        2 => keep(&[on_edge(0, 2), on_edge(0, 3), on_edge(1, 3), on_edge(1, 2)], found),
+        _ => (),
+    }
+}
+
+/// What of a convex polygon of up to four corners has positive values (w), as a fan of triangles.
 fn keep(polygon: &[Vec4], found: &mut impl FnMut([Vec3; 3])) {
-    // A cut through a quadrilateral adds a corner at most.
-    let mut kept: Vec<Vec3> = Vec::with_capacity(5);
+    // The last corner of the fan, after its first.
+    let (mut first, mut last) = (None, None);
+    let mut add = |corner: Vec3| match (first, last) {
+        (None, _) => first = Some(corner),
+        (Some(first), Some(before)) => {
+            found([first, before, corner]);
+            last = Some(corner);
+        }
+        (Some(_), None) => last = Some(corner),
+    };
     for (n, &from) in polygon.iter().enumerate() {
         let to = polygon[(n + 1) % polygon.len()];
         if from.w > 0.0 {
-            kept.push(from.truncate());
+            add(from.truncate());
         }
         if (from.w > 0.0) != (to.w > 0.0) {
-            kept.push(from.lerp(to, from.w / (from.w - to.w)).truncate());
+            add(from.lerp(to, from.w / (from.w - to.w)).truncate());
         }
-    }
-    for n in 2..kept.len() {
-        found([kept[0], kept[n - 1], kept[n]]);
     }
 }
 
