@@ -28,6 +28,8 @@ pub struct Manner {
     pub sectors: usize,
     /// How often all of it is gone through: what is finished is cut again in every round but the first.
     pub rounds: u32,
+    /// Whether what strokes left at the end of their layers is cut off in the end, once around.
+    pub trims: bool,
     /// Speed of a pull, mm/s.
     pub pull_mm_per_s: f32,
     /// Speed of everything else, as a share of what the instrument allows.
@@ -52,6 +54,7 @@ impl Manner {
             keeps_to_marks: true,
             sectors: 4,
             rounds: 1,
+            trims: true,
             pull_mm_per_s: 30.0,
             haste: 0.6,
             current_in_tissue: true,
@@ -71,6 +74,7 @@ impl Manner {
             keeps_to_marks: false,
             sectors: 3,
             rounds: 2,
+            trims: false,
             pull_mm_per_s: 30.0,
             haste: 0.7,
             current_in_tissue: false,
@@ -167,38 +171,74 @@ fn radius(contour: &[DVec2], from: DVec2, ray: DVec2) -> f64 {
     contour.iter().zip(next).filter_map(crossing).fold(0.0, f64::max)
 }
 
-/// All strokes of an operation on what an exercise marks, in order; sector after sector, the number of each beside its strokes.
+/// All strokes of an operation on what an exercise marks, in order, each with the number of its sector; of those that trim, one
+/// more than there are sectors.
 pub(super) fn strokes(case: &Case, marked: &Marked, manner: &Manner) -> Vec<(usize, Stroke)> {
     let Some(verumontanum) = case.landmarks.verumontanum.filter(|_| case.slices.len() > 1) else {
         return Vec::new();
     };
     let outlines = Outlines::new(case);
+    let top_z = case.slices.last().map_or(verumontanum.z, |slice| slice.z);
     let mut strokes = Vec::new();
-    for (sector, (begin, end)) in SECTORS.into_iter().enumerate().take(manner.sectors) {
-        let bottom_z = verumontanum.z + manner.above_verumontanum_mm[sector];
-        let top_z = case.slices.last().map_or(bottom_z, |slice| slice.z);
+    let mut add = |sector: usize, number: usize, layer: Layer| {
+        let heights = [verumontanum.z + manner.above_verumontanum_mm[sector], top_z];
+        let of_layer = of_layer(&outlines, marked, manner, SECTORS[sector], layer, heights);
+        let any = !of_layer.is_empty();
+        strokes.extend(of_layer.into_iter().map(|stroke| (number, stroke)));
+        any
+    };
+    for sector in 0..manner.sectors {
         for layer in 1..20 {
-            let depth_mm = f64::from(layer) * manner.layer_mm;
-            let mut any = false;
-            let mut hour = begin;
-            while (hour - begin).abs() <= (end - begin).abs() + 1e-9 {
-                let is_marked = marked.clock.is_none_or(|clock| clock.contains(hour % 12.0));
-                let (ways, widest_mm) = match is_marked {
-                    true => ways(&outlines, marked, manner, hour % 12.0, depth_mm, [bottom_z, top_z]),
-                    false => (
-                        Vec::new(),
-                        outlines.radii(0.5 * (bottom_z + top_z), hour % 12.0)[0] + depth_mm,
-                    ),
-                };
-                any |= !ways.is_empty();
-                strokes.extend(ways.into_iter().map(|way| (sector, Stroke { hour: hour % 12.0, way })));
-                let apart = manner.beside_mm / widest_mm.max(manner.beside_mm) * 12.0 / TAU;
-                hour += apart * (end - begin).signum();
-            }
-            if !any {
+            if !add(sector, sector, Layer::Number(layer)) {
                 break;
             }
         }
+    }
+    if manner.trims {
+        for sector in 0..manner.sectors {
+            add(sector, SECTORS.len(), Layer::Deepest);
+        }
+    }
+    strokes
+}
+
+/// How deep strokes go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Layer {
+    /// So many layers below the wall of the urethra, where that is new.
+    Number(u32),
+    /// As deep as the manner allows, everywhere.
+    Deepest,
+}
+
+/// The strokes of a layer in a sector (hours that it begins and ends at), between two heights.
+fn of_layer(
+    outlines: &Outlines,
+    marked: &Marked,
+    manner: &Manner,
+    (begin, end): (f64, f64),
+    layer: Layer,
+    heights: [f64; 2],
+) -> Vec<Stroke> {
+    let mut strokes = Vec::new();
+    let mut hour = begin;
+    while (hour - begin).abs() <= (end - begin).abs() + 1e-9 {
+        let clock = hour % 12.0;
+        let is_marked = marked.clock.is_none_or(|range| range.contains(clock));
+        let (ways, widest_mm) = match is_marked {
+            true => ways(outlines, marked, manner, clock, layer, heights),
+            false => {
+                let [urethra, adenoma, _] = outlines.radii(0.5 * (heights[0] + heights[1]), clock);
+                let radius = match layer {
+                    Layer::Number(layer) => urethra + f64::from(layer) * manner.layer_mm,
+                    Layer::Deepest => adenoma,
+                };
+                (Vec::new(), radius)
+            }
+        };
+        strokes.extend(ways.into_iter().map(|way| Stroke { hour: clock, way }));
+        let apart = manner.beside_mm / widest_mm.max(manner.beside_mm) * 12.0 / TAU;
+        hour += apart * (end - begin).signum();
     }
     strokes
 }
@@ -209,7 +249,7 @@ fn ways(
     marked: &Marked,
     manner: &Manner,
     hour: f64,
-    depth_mm: f64,
+    layer: Layer,
     [bottom, top]: [f64; 2],
 ) -> (Vec<Vec<DVec3>>, f64) {
     let mut ways = vec![Vec::new()];
@@ -226,8 +266,13 @@ fn ways(
             true => 0.0,
             false => most,
         };
-        let before = urethra + depth_mm - manner.layer_mm;
-        let there = (urethra + depth_mm).min(most);
+        let (before, there) = match layer {
+            Layer::Number(layer) => {
+                let depth_mm = f64::from(layer) * manner.layer_mm;
+                (urethra + depth_mm - manner.layer_mm, (urethra + depth_mm).min(most))
+            }
+            Layer::Deepest => (urethra, most),
+        };
         let way = ways.last_mut().expect("never empty");
         // Nothing new to reach here: the layer before went as far.
         if there < before + 0.2 * manner.layer_mm {
@@ -311,6 +356,45 @@ mod tests {
                 "sector {sector}: {lowest_mm} for {above_mm}"
             );
         }
+    }
+
+    #[test]
+    fn who_trims_goes_once_around_as_deep_as_the_layers_went_and_no_lower() {
+        let (case, manner) = (medium(), Manner::careful());
+        let outlines = Outlines::new(&case);
+        let verumontanum_z = case.landmarks.verumontanum.unwrap().z;
+        let plan = strokes(&case, &adenoma(), &manner);
+        let (layers, trims): (Vec<_>, Vec<_>) = plan.iter().partition(|(sector, _)| *sector < SECTORS.len());
+        assert!(
+            20 < trims.len() && trims.len() < layers.len(),
+            "{} and {}",
+            trims.len(),
+            layers.len()
+        );
+        let least_mm = manner.above_verumontanum_mm.into_iter().fold(f64::INFINITY, f64::min);
+        let places = |strokes: &[&(usize, Stroke)]| {
+            let mut places = Vec::new();
+            for (_, stroke) in strokes {
+                places.extend(stroke.way.iter().map(|place| (stroke.hour, *place)));
+            }
+            places
+        };
+        let most = |(hour, place): (f64, DVec3)| {
+            let [_, adenoma, capsule] = outlines.radii(place.z, hour);
+            (adenoma - manner.inside_adenoma_mm).min(capsule - manner.inside_capsule_mm)
+        };
+        let radius = |place: DVec3| place.truncate().distance(outlines.centre(place.z));
+        for (hour, place) in places(&trims) {
+            assert!((radius(place) - most((hour, place))).abs() < 1e-9);
+            assert!(place.z >= verumontanum_z + least_mm);
+        }
+        assert!(
+            places(&layers)
+                .into_iter()
+                .all(|(hour, place)| radius(place) <= most((hour, place)) + 1e-9)
+        );
+        let hasty = Manner { trims: false, ..manner };
+        assert_eq!(strokes(&case, &adenoma(), &hasty).len(), layers.len());
     }
 
     #[test]

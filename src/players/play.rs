@@ -15,7 +15,7 @@ use super::{
 const LIFT_MM: f32 = 4.0;
 /// Steps without tissue after which a careful foot leaves the pedal.
 const LET_GO_STEPS: u32 = 3;
-/// How long a bleeder is pressed at most, s, and how far the loop may sink in before it is given up, mm.
+/// How long a bleeder is pressed at most in one go, s, and how far the loop may sink in before it is given up, mm.
 const PRESS_S: f32 = 1.5;
 /// How long it is pressed at least, s: a vessel closes after half a second of current, and what follows burns what no longer bleeds.
 const PRESS_LEAST_S: f32 = 0.53;
@@ -28,6 +28,8 @@ const PRESS_STROKE_MM: f32 = 12.0;
 /// Two bleeders nearer than this are one to a player, mm; it is tried so many times.
 const SAME_MM: f32 = 3.0;
 const TRIES: usize = 4;
+/// How far a bleeder may have moved with its tissue while the loop came to it, mm.
+const MOVED_MM: f32 = 8.0;
 /// A view below this is lost: nobody careful cuts then, and whoever closes bleeders looks for one that they do not see.
 const CLEAR: f64 = 0.5;
 /// How long water is given to clear after every search, s, and how many searches may find nothing before the operation goes on.
@@ -61,7 +63,7 @@ enum Doing {
     Search(usize),
     /// The loop goes to a bleeder, held off it.
     Seek(Vec3),
-    /// The loop is on it: how long it pressed, s, and how far it sank, mm.
+    /// The loop is on it: how long it pressed without a break, s (one lets the vessel bleed on), and how far it sank, mm.
     Press(Vec3, f32, f32),
     /// In the bladder until chips are out; for how long yet, s.
     Flush(f32),
@@ -230,7 +232,7 @@ impl Play {
             Doing::Search(behind) => match self.searched_place(behind) {
                 Some((place, outwards)) => {
                     let to = hold(scope, now, place - outwards * LIFT_MM, outwards, PRESS_STROKE_MM);
-                    self.doing = match self.nearest_bleeder(now, scope, senses) {
+                    self.doing = match self.nearest_bleeder(scope.tip(now), senses) {
                         Some(bleeder) => self.seek(bleeder),
                         None if is_at(scope, now, &to) => Doing::Search(behind + 1),
                         None => Doing::Search(behind),
@@ -250,7 +252,13 @@ impl Play {
                 let outwards = self.outwards(place);
                 let to = hold(scope, now, place - outwards * LIFT_MM, outwards, PRESS_STROKE_MM);
                 if is_at(scope, now, &to) {
-                    self.doing = Doing::Press(place, 0.0, -LIFT_MM);
+                    // The sheath moves tissue on the way: the bleeder is where it is seen from here.
+                    self.doing = match self.nearest_bleeder(place, senses) {
+                        Some(seen) if seen.distance(place) < SAME_MM => Doing::Press(seen, 0.0, -LIFT_MM),
+                        Some(seen) if seen.distance(place) < MOVED_MM => self.seek(seen),
+                        // The loop may hide it.
+                        _ => Doing::Press(place, 0.0, -LIFT_MM),
+                    };
                 }
                 go(&to)
             }
@@ -261,7 +269,7 @@ impl Play {
                 let is_there = is_on && sunk_mm >= 0.0;
                 let sinks_mm_per_s = if is_there { PRESS_MM_PER_S } else { SINK_MM_PER_S };
                 let sunk_mm = sunk_mm + sinks_mm_per_s * step_s;
-                let pressed_s = pressed_s + if is_there { step_s } else { 0.0 };
+                let pressed_s = if is_there { pressed_s + step_s } else { 0.0 };
                 // The loop, or tissue that it folds, may hide the bleeder: a short press tells nothing.
                 let is_closed = pressed_s > PRESS_LEAST_S && !still_bleeds;
                 let is_over = pressed_s > PRESS_S || sunk_mm > SINK_MM || is_closed;
@@ -315,7 +323,7 @@ impl Play {
             return Doing::Look(0.0);
         }
         if manner.coagulates
-            && let Some(place) = self.nearest_bleeder(now, scope, senses)
+            && let Some(place) = self.nearest_bleeder(scope.tip(now), senses)
         {
             return self.seek(place);
         }
@@ -336,15 +344,14 @@ impl Play {
         Doing::Reach
     }
 
-    /// The bleeder in view that is nearest to the loop, of those that were not yet tried in vain.
-    fn nearest_bleeder(&self, now: &InstrumentState, scope: &Resectoscope, senses: &mut Senses) -> Option<Vec3> {
-        let tip = scope.tip(now);
+    /// The bleeder in view that is nearest to a place, of those that were not yet tried in vain.
+    fn nearest_bleeder(&self, to: Vec3, senses: &mut Senses) -> Option<Vec3> {
         let tries = |place: &Vec3| {
             let same = self.tried.iter().filter(|tried| tried.distance(*place) < SAME_MM);
             same.count()
         };
         let untried = senses.bleeders().into_iter().filter(|place| tries(place) < TRIES);
-        untried.min_by(|a, b| a.distance(tip).total_cmp(&b.distance(tip)))
+        untried.min_by(|a, b| a.distance(to).total_cmp(&b.distance(to)))
     }
 
     fn seek(&mut self, bleeder: Vec3) -> Doing {
