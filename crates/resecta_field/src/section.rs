@@ -45,22 +45,13 @@ impl Plane {
     }
 }
 
-/// Of a tetrahedron whose corners lie so far beyond a plane, what is kept of the section.
-fn through_tetrahedron(corners: [(Vec4, f32); 4], found: &mut impl FnMut([Vec3; 3])) {
-    // Those beyond the plane first, each side in its order.
-    let mut sorted = corners;
-    let mut ahead = 0;
-    for corner in corners.into_iter().filter(|(_, beyond)| *beyond > 0.0) {
-        sorted[ahead] = corner;
-        ahead += 1;
-    }
-    let behind = corners.into_iter().filter(|(_, beyond)| *beyond <= 0.0);
-    sorted[ahead..]
-        .iter_mut()
-        .zip(behind)
-        .for_each(|(place, corner)| *place = corner);
+/// Of a tetrahedron whose corners lie so far beyond a plane, mm, what is kept of the section.
+fn through_tetrahedron(mut corners: [(Vec4, f32); 4], found: &mut impl FnMut([Vec3; 3])) {
+    // Those beyond the plane first, each side in its order: the sort is stable, and so short a one allocates nothing.
+    corners.sort_by_key(|(_, beyond)| *beyond <= 0.0);
+    let ahead = corners.iter().filter(|(_, beyond)| *beyond > 0.0).count();
     let on_edge = |from: usize, to: usize| {
-        let ((a, beyond_a), (b, beyond_b)) = (sorted[from], sorted[to]);
+        let ((a, beyond_a), (b, beyond_b)) = (corners[from], corners[to]);
         a.lerp(b, beyond_a / (beyond_a - beyond_b))
     };
     match ahead {
@@ -73,7 +64,7 @@ fn through_tetrahedron(corners: [(Vec4, f32); 4], found: &mut impl FnMut([Vec3; 
 
 /// What of a convex polygon of up to four corners has positive values (w), as a fan of triangles.
 fn keep(polygon: &[Vec4], found: &mut impl FnMut([Vec3; 3])) {
-    // The last corner of the fan, after its first.
+    // The corner that all triangles of the fan share, and the one before the next.
     let (mut first, mut last) = (None, None);
     let mut add = |corner: Vec3| match (first, last) {
         (None, _) => first = Some(corner),
