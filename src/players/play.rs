@@ -30,6 +30,9 @@ const SAME_MM: f32 = 3.0;
 const TRIES: usize = 4;
 /// How far a bleeder may have moved with its tissue while the loop came to it, mm.
 const MOVED_MM: f32 = 8.0;
+/// How far above the verumontanum a bleeder has to be for whoever operates on the gland to close it: heat spreads, and below
+/// lies the sphincter, mm.
+const SPARED_MM: f64 = 1.0;
 /// A view below this is lost: nobody careful cuts then, and whoever closes bleeders looks for one that they do not see.
 const CLEAR: f64 = 0.5;
 /// How long water is given to clear after every search, s, and how many searches may find nothing before the operation goes on.
@@ -84,6 +87,8 @@ pub(crate) struct Play {
     doing: Doing,
     /// Bleeders that were pressed.
     tried: Vec<Vec3>,
+    /// Bleeders below this are left alone, z in mm.
+    spared_below: f32,
     /// Searches since the last bleeder or stroke.
     searches: u32,
     steps_without_tissue: u32,
@@ -111,6 +116,11 @@ impl Play {
             rounds: manner.rounds,
             doing: if cuts { Doing::Reach } else { Doing::Look(0.0) },
             tried: Vec::new(),
+            spared_below: case
+                .landmarks
+                .verumontanum
+                .filter(|_| cuts)
+                .map_or(f32::NEG_INFINITY, |verumontanum| (verumontanum.z + SPARED_MM) as f32),
             searches: 0,
             steps_without_tissue: 0,
             is_inflow_shut: false,
@@ -344,13 +354,14 @@ impl Play {
         Doing::Reach
     }
 
-    /// The bleeder in view that is nearest to a place, of those that were not yet tried in vain.
+    /// The bleeder in view that is nearest to a place, of those that are to be closed and were not yet tried in vain.
     fn nearest_bleeder(&self, to: Vec3, senses: &mut Senses) -> Option<Vec3> {
         let tries = |place: &Vec3| {
             let same = self.tried.iter().filter(|tried| tried.distance(*place) < SAME_MM);
             same.count()
         };
-        let untried = senses.bleeders().into_iter().filter(|place| tries(place) < TRIES);
+        let to_close = |place: &Vec3| place.z >= self.spared_below && tries(place) < TRIES;
+        let untried = senses.bleeders().into_iter().filter(to_close);
         untried.min_by(|a, b| a.distance(to).total_cmp(&b.distance(to)))
     }
 
