@@ -202,7 +202,8 @@ fn page(ui: &mut Ui, history: &History, looked: &mut Looked) {
             }
         });
     }
-    let note = "Run by run, from left to right. Metrics that were 0 in every run are left out.";
+    let note = "Run by run, from left to right; best of those that reached the goal, where any did. Metrics that were 0 in every run are \
+                left out.";
     ui.label(RichText::new(note).size(12.5).color(palette::WEAK));
 }
 
@@ -219,7 +220,7 @@ fn plot(ui: &mut Ui, curve: &Curve, height: f32) {
         Better::Neither => "",
     };
     let best = curve
-        .best()
+        .best
         .map_or(String::new(), |best| format!(", best {}", short(best)));
     ui.label(
         RichText::new(format!("last {}{best}{better}", short(last)))
@@ -232,7 +233,7 @@ fn plot(ui: &mut Ui, curve: &Curve, height: f32) {
         .map(|&(number, value)| [number as f64, value])
         .collect();
     let best: Vec<[f64; 2]> = (points.iter().copied())
-        .filter(|point| Some(point[1]) == curve.best())
+        .filter(|point| Some(point[1]) == curve.best)
         .take(1)
         .collect();
     let most = curve.points.iter().map(|point| point.1).fold(0.0, f64::max);

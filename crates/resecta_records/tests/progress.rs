@@ -189,9 +189,9 @@ fn curves_tell_each_metric_run_by_run() {
     let curves = curves(&runs.iter().collect::<Vec<_>>());
     let titles: Vec<&str> = curves.iter().map(|curve| curve.metric.as_str()).collect();
     assert_eq!(titles, ["score", "elapsed_s", "removed_g"]);
-    assert_eq!(curves[0].best(), Some(100.0));
+    assert_eq!(curves[0].best, Some(100.0));
     assert_eq!(curves[0].points[3], (4, 40.0));
-    assert_eq!((curves[1].best(), curves[2].best()), (Some(10.0), None));
+    assert_eq!((curves[1].best, curves[2].best), (Some(10.0), None));
 
     let text = table(&runs);
     assert!(text.starts_with("Anna: First cuts (first_cuts), 10 runs\n"), "{text}");
@@ -203,6 +203,28 @@ fn curves_tell_each_metric_run_by_run() {
     );
     let widths: Vec<usize> = text.lines().skip(1).map(str::len).collect();
     assert!(widths.iter().all(|width| *width <= 2 + 28 + 8 + 90), "{text}");
+}
+
+#[test]
+fn a_run_that_was_broken_off_is_the_best_only_where_none_was_finished() {
+    let ended = |n: u64, reason| PastRun {
+        ended: Some(reason),
+        metrics: BTreeMap::from([("elapsed_s".into(), 100.0 - n as f64)]),
+        ..run(&n.to_string(), "Anna", n, 50.0)
+    };
+    let mut runs = vec![
+        ended(1, EndReason::GoalsReached),
+        ended(2, EndReason::GoalsReached),
+        ended(90, EndReason::Player),
+    ];
+    let best_s = |runs: &[PastRun]| {
+        let curves = curves(&runs.iter().collect::<Vec<_>>());
+        let time = curves.iter().find(|curve| curve.metric == "elapsed_s");
+        time.and_then(|curve| curve.best)
+    };
+    assert_eq!(best_s(&runs), Some(98.0));
+    runs.drain(..2);
+    assert_eq!(best_s(&runs), Some(10.0));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use resecta_scenario::{Better, MetricId};
+use resecta_scenario::{Better, EndReason, MetricId};
 
 use super::{PastRun, run::SCORE};
 
@@ -22,18 +22,9 @@ pub struct Curve {
     pub better: Better,
     /// Number of the run, from 1, and the value.
     pub points: Vec<(usize, f64)>,
-}
-
-impl Curve {
-    /// The best value so far; none of a metric that has no better.
-    pub fn best(&self) -> Option<f64> {
-        let values = self.points.iter().map(|point| point.1);
-        match self.better {
-            Better::More => values.reduce(f64::max),
-            Better::Less => values.reduce(f64::min),
-            Better::Neither => None,
-        }
-    }
+    /// The best value of runs that reached every goal, or of all where none did: who stops at once needs the least time. None of a
+    /// metric that has no better.
+    pub best: Option<f64>,
 }
 
 /// The curves of runs of one exercise by one trainee, in the order of reports, the score first. Metrics that were 0 in every run are
@@ -57,10 +48,20 @@ pub fn curves(runs: &[&PastRun]) -> Vec<Curve> {
             .iter()
             .map(|&id| (id.clone(), id.clone(), "1".into(), Better::Neither)),
     );
+    let is_whole = |run: &&PastRun| run.ended == Some(EndReason::GoalsReached);
+    let any_is_whole = runs.iter().any(is_whole);
     let curve = |(metric, title, unit, better): (String, String, String, Better)| {
         let points = (runs.iter().zip(1..)).filter_map(|(run, number)| Some((number, run.value(&metric)?)));
+        let counted = runs.iter().filter(|run| is_whole(run) || !any_is_whole);
+        let values = counted.filter_map(|run| run.value(&metric));
+        let best = match better {
+            Better::More => values.reduce(f64::max),
+            Better::Less => values.reduce(f64::min),
+            Better::Neither => None,
+        };
         Curve {
             points: points.collect(),
+            best,
             metric,
             title,
             unit,
@@ -116,7 +117,7 @@ pub fn table(runs: &[PastRun]) -> String {
                 let point = curve.points.iter().find(|point| point.0 == number);
                 let _ = write!(text, "{:>10}", point.map_or("-".into(), |point| short(point.1)));
             }
-            let _ = writeln!(text, "{:>10}", curve.best().map_or("-".into(), short));
+            let _ = writeln!(text, "{:>10}", curve.best.map_or("-".into(), short));
         }
         let _ = write!(text, "  {:<28}{:>8}", "Medal", "");
         for run in &runs[first..] {
