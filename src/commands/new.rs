@@ -51,7 +51,9 @@ impl New {
             }
             What::Case(Named { name }) => {
                 let file = format!("{name}{CASE_SUFFIX}");
-                let then = format!("use it: write case: \"{file}\" into an exercise beside it");
+                let then = format!(
+                    "use it: write case: \"{file}\" into an exercise beside it; in a mod's cases/ it is case: \"{name}\""
+                );
                 (file, new_case(&name), then)
             }
             What::Mod(Named { name }) => return write_mod(&name),

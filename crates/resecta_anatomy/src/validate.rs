@@ -27,6 +27,11 @@ pub const MIN_INNER_AREA_MM2: f64 = 0.01;
 /// mask may share an edge and differ by a voxel there.
 pub const TRANSITION_ZONE_TOLERANCE_MM: f64 = 1.0;
 
+/// How far outside of the box around a gland's contours its landmarks may lie, mm: neck, verumontanum and sphincter ...
+pub const LANDMARK_OUTSIDE_MM: f64 = 30.0;
+/// ... and ureteral orifices, which lie in the bladder.
+pub const ORIFICE_OUTSIDE_MM: f64 = 80.0;
+
 /// A contour counts as open when its closing edge is longer than this share of the perimeter...
 const OPEN_SHARE: f64 = 0.1;
 /// ... and this many times longer than its longest other edge.
@@ -209,6 +214,24 @@ pub enum CaseRuleError {
         /// Its coordinates.
         value: DVec3,
     },
+    /// A landmark that is a place, but none of this gland.
+    #[error(
+        "landmarks.{landmark}: is ({}, {}, {}), {distance_mm:.0} mm from the box around the contours, expected at most \
+         {most_mm} mm",
+        value.x,
+        value.y,
+        value.z
+    )]
+    FarLandmark {
+        /// Field of the landmarks.
+        landmark: &'static str,
+        /// Its coordinates.
+        value: DVec3,
+        /// How far outside of the box around the contours, mm.
+        distance_mm: f64,
+        /// The most of its kind, mm.
+        most_mm: f64,
+    },
     /// The capsule leaves no room for a lumen that must be approximated.
     #[error(
         "slices[{slice}].capsule: the largest circle inside it has a radius of {radius_mm:.3} mm, too thin for an \
@@ -233,7 +256,7 @@ impl CaseRuleError {
             Self::Contour { slice, contour, .. } => format!("slices[{slice}].{contour}"),
             Self::UrethraOutside { slice, .. } => format!("slices[{slice}].urethra"),
             Self::TransitionZoneOutside { slice, .. } => format!("slices[{slice}].transition_zone"),
-            Self::BadLandmark { landmark, .. } => format!("landmarks.{landmark}"),
+            Self::BadLandmark { landmark, .. } | Self::FarLandmark { landmark, .. } => format!("landmarks.{landmark}"),
             Self::TooThin { slice, .. } => format!("slices[{slice}].capsule"),
         }
     }
@@ -286,11 +309,23 @@ impl Case {
         for (index, slice) in self.slices.iter().enumerate() {
             faults.extend(validate_slice(index, slice).err());
         }
-        faults.extend(self.landmark_faults());
+        // Of bad contours nobody can tell what is far.
+        let bounds = if faults.is_empty() { self.bounds() } else { None };
+        faults.extend(self.landmark_faults(bounds));
         faults
     }
 
-    fn landmark_faults(&self) -> impl Iterator<Item = CaseRuleError> {
+    /// The corners of the box around all capsules, mm; none without corners.
+    fn bounds(&self) -> Option<[DVec3; 2]> {
+        let corners = (self.slices.iter()).flat_map(|slice| slice.capsule.iter().map(|corner| corner.extend(slice.z)));
+        corners.fold(None, |bounds, corner| match bounds {
+            None => Some([corner; 2]),
+            Some([low, high]) => Some([low.min(corner), high.max(corner)]),
+        })
+    }
+
+    /// Landmarks that are no places, and, where these bounds are known, those that are none of this gland.
+    fn landmark_faults(&self, bounds: Option<[DVec3; 2]>) -> impl Iterator<Item = CaseRuleError> {
         let landmarks = &self.landmarks;
         let [left, right] = landmarks.ureteral_orifices.map_or([None; 2], |pair| pair.map(Some));
         let places = [
@@ -302,8 +337,22 @@ impl Case {
         ];
         let is_good = |value: DVec3| value.is_finite() && value.abs().max_element() <= MAX_COORDINATE_MM;
         places.into_iter().filter_map(move |(landmark, value)| {
-            let value = value.filter(|&value| !is_good(value))?;
-            Some(CaseRuleError::BadLandmark { landmark, value })
+            let value = value?;
+            if !is_good(value) {
+                return Some(CaseRuleError::BadLandmark { landmark, value });
+            }
+            let [low, high] = bounds?;
+            let distance_mm = value.distance(value.clamp(low, high));
+            let most_mm = match landmark.starts_with("ureteral") {
+                true => ORIFICE_OUTSIDE_MM,
+                false => LANDMARK_OUTSIDE_MM,
+            };
+            (distance_mm > most_mm).then_some(CaseRuleError::FarLandmark {
+                landmark,
+                value,
+                distance_mm,
+                most_mm,
+            })
         })
     }
 }

@@ -79,7 +79,10 @@ impl Curriculum {
             let most = before.exercises.len();
             if !(1..=most).contains(&(needs.exercises as usize)) {
                 let field = format!("levels[{number}].needs.exercises");
-                let expected = format!("1 to {most}, as many as the level before has");
+                let expected = match most {
+                    0 => "a level before that has exercises".to_owned(),
+                    _ => format!("1 to {most}, as many as the level before has"),
+                };
                 return Err(RuleError::new(field, needs.exercises, expected));
             }
         }
@@ -183,6 +186,12 @@ mod tests {
                 format!("levels[1].needs.exercises is {exercises}; expected 1 to 1, as many as the level before has")
             );
         }
+        let mut after_nothing = with_needs(1, 1);
+        after_nothing.levels[0].exercises.clear();
+        assert_eq!(
+            told(after_nothing),
+            "levels[1].needs.exercises is 1; expected a level before that has exercises"
+        );
         assert!(with_needs(1, 1).check(&names).is_ok());
         assert!(of(&[("First", &["apex"]), ("Second", &["lobe"])]).check(&names).is_ok());
     }

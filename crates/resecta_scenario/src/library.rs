@@ -390,7 +390,9 @@ impl Library {
             let allowed: Vec<&str> = needs.chain([id]).map(String::as_str).collect();
             let Some(owner) = self.mods.get(owner).filter(|_| allowed.contains(&owner)) else {
                 let expected = format!("the case of this mod or one that it needs ({})", allowed.join(", "));
-                let nearest = nearest(owner, allowed).map(|owner| format!("{owner}/{name}"));
+                // A folder is no mod: its own cases go by their names alone.
+                let own = of.cases.iter().find(|own| *own == name).cloned();
+                let nearest = own.or_else(|| nearest(owner, allowed).map(|owner| format!("{owner}/{name}")));
                 let rule = RuleError::new("case", quoted, expected);
                 return Err(broken(RuleError { nearest, ..rule }));
             };
@@ -414,7 +416,11 @@ impl Library {
                 return Ok((path, Some(of)));
             }
             let expected = format!("a case file of the mod, but there is none at {}", path.display());
-            return Err(broken(RuleError::new("case", quoted, expected)));
+            // By its name alone it is found where the mod's cases lie.
+            let name = stem(&path, CASE_SUFFIX);
+            let nearest = of.cases.contains(&name).then_some(name);
+            let rule = RuleError::new("case", quoted, expected);
+            return Err(broken(RuleError { nearest, ..rule }));
         }
         if of.cases.iter().any(|own| own == case) {
             return Ok((of.case_file(case), Some(of)));

@@ -14,6 +14,7 @@ use crate::{
     errors::{ExerciseError, RuleError},
     exercise::{InstrumentSetup, Marked},
     library::LoadedExercise,
+    reach,
     region::MarkedRegion,
     rules,
     walls::Walls,
@@ -156,6 +157,8 @@ impl LoadedExercise {
         for (&index, gone) in &gone_mm3 {
             zone_mm3[tissue.pentahedron_zone(index).index()] -= gone;
         }
+        let mass_g = zone_mm3.iter().sum::<f64>() * material.density_g_per_mm3;
+        reach::check_on_gland(&self.exercise, mass_g, &zone_mm3).map_err(broken)?;
 
         let resectoscope = place(&self.exercise.instrument, &self.case).map_err(broken)?;
         let start = match self.exercise.instrument.start {

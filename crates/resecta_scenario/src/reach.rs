@@ -1,11 +1,13 @@
-//! Steps that can never end: what they wait for is out of the instrument's reach, or the run is over before.
+//! Steps that can never end: what they wait for is out of the instrument's reach, more than gland or bladder hold, or the run is
+//! over before.
 
+use resecta_anatomy::Zone;
 use resecta_instrument::{FieldLimit, InstrumentLimits};
 
 use crate::{
     errors::RuleError,
     exercise::{Exercise, Goal},
-    rules::Faults,
+    rules::{Checked, Faults},
     trigger::Trigger,
 };
 
@@ -36,6 +38,31 @@ pub(crate) fn check(exercise: &Exercise, faults: &mut Faults) {
     }
 }
 
+/// Checks that each step can end on a gland, by the mass of all of it and the volumes of its zones at the start.
+pub(crate) fn check_on_gland(exercise: &Exercise, mass_g: f64, zone_mm3: &[f64; Zone::COUNT]) -> Checked {
+    for (index, step) in exercise.steps.iter().enumerate() {
+        let field = format!("steps[{index}].until");
+        match step.until {
+            Trigger::Cut { g } if g > mass_g => {
+                let expected = format!("at most {mass_g:.1}, the mass of the gland");
+                return Err(RuleError::new(format!("{field}.Cut.g"), g, expected));
+            }
+            Trigger::ZoneRemoved { zone, .. } if zone_mm3[zone.index()] <= 0.0 => {
+                let has = |zone: &Zone| zone_mm3[zone.index()] > 0.0;
+                let zones: Vec<&str> = Zone::ALL.into_iter().filter(has).map(Zone::name).collect();
+                let expected = format!("a zone that this gland has ({})", zones.join(", "));
+                return Err(RuleError::new(
+                    format!("{field}.ZoneRemoved.zone"),
+                    zone.name(),
+                    expected,
+                ));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 /// The field of a trigger that has a most, the most, and whose it is.
 fn most(trigger: &Trigger, exercise: &Exercise) -> Option<(&'static str, f64, &'static str)> {
     let limits = InstrumentLimits::default();
@@ -51,6 +78,13 @@ fn most(trigger: &Trigger, exercise: &Exercise) -> Option<(&'static str, f64, &'
         Trigger::TipRaised { .. } => Some(("deg", way(limits.pitch_deg), "the farthest that the tip turns up")),
         Trigger::Rolled { .. } => Some(("deg", way(limits.roll_deg), "the whole way of the roll")),
         Trigger::LoopOut { .. } => Some(("mm", f64::from(limits.stroke_mm.max), "as far as the loop goes")),
+        Trigger::BladderAbove { .. } => {
+            let water = exercise.models.water.as_ref()?;
+            // Nothing flows in against the pressure of the bag; what is in at the start is in.
+            let filled = water.bladder.volume_at(water.irrigation.bag_height_cmh2o);
+            let most = filled.max(water.bladder_ml).floor();
+            Some(("ml", most, "what the bag fills the bladder to at its height"))
+        }
         Trigger::MarkedRemoved { .. } => {
             let share = |goal: &Goal| match goal {
                 Goal::RemoveMarked { share } => Some(*share),

@@ -1,5 +1,7 @@
 //! The rules that an exercise must keep: each names the field, the value and what was expected.
 
+use std::ops::RangeInclusive;
+
 use resecta_anatomy::Zone;
 use resecta_instrument::{FieldLimit, InstrumentField, InstrumentLimits, ResectoscopeGeometry};
 use resecta_solver::{CollapseLaw, Material, ShearResistance};
@@ -9,7 +11,7 @@ use crate::{
     chips,
     errors::RuleError,
     exercise::{Condition, Exercise, Goal, HeightRange, InstrumentSetup, Marked, Models, ScoreRule},
-    metrics::Better,
+    metrics::{Better, MetricId},
     pars::Pars,
     steps,
 };
@@ -77,7 +79,9 @@ impl Exercise {
             RuleError::new("scoring", "empty", "at least one line")
         });
         if let Some(pars) = &self.total_pars {
-            check_pars("total_pars", pars, true, &mut faults);
+            let out_of: f64 = self.scoring.iter().map(|rule| rule.points).sum();
+            let range = (0.0..=out_of, format!("0 to {out_of}, the points of all lines"));
+            check_pars("total_pars", pars, true, range, &mut faults);
         }
         for (index, rule) in self.scoring.iter().enumerate() {
             score_rule(&format!("scoring[{index}]"), rule, &mut faults);
@@ -247,8 +251,9 @@ fn score_rule(field: &str, rule: &ScoreRule, faults: &mut Faults) {
     faults.require(points >= 0.0 && points.is_finite(), || {
         RuleError::new(format!("{field}.points"), points, "0 or more")
     });
-    faults.note(finite(&format!("{field}.from"), from));
-    faults.note(finite(&format!("{field}.to"), to));
+    let range = range_of(metric);
+    faults.note(within(&format!("{field}.from"), from, &range));
+    faults.note(within(&format!("{field}.to"), to, &range));
     let expected = match metric.info().better {
         Better::More if to <= from => format!("more than `from` ({from}): more {metric} is better"),
         Better::Less if to >= from => format!("less than `from` ({from}): less {metric} is better"),
@@ -262,15 +267,34 @@ fn score_rule(field: &str, rule: &ScoreRule, faults: &mut Faults) {
         RuleError::new(format!("{field}.basis"), "empty", "where the two values come from")
     });
     if let Some(pars) = pars {
-        check_pars(&format!("{field}.pars"), pars, to > from, faults);
+        let more_is_better = match metric.info().better {
+            Better::More => true,
+            Better::Less => false,
+            Better::Neither => to > from,
+        };
+        check_pars(&format!("{field}.pars"), pars, more_is_better, range, faults);
     }
-    if let Some(Condition { at_least, .. }) = needs {
-        faults.note(finite(&format!("{field}.needs.at_least"), at_least));
+    if let Some(Condition { metric, at_least }) = needs {
+        let field = format!("{field}.needs.at_least");
+        faults.note(within(&field, at_least, &range_of(metric)));
     }
 }
 
+/// What a value can be, and that in words.
+type Allowed = (RangeInclusive<f64>, String);
+
+fn range_of(metric: MetricId) -> Allowed {
+    let range = metric.range();
+    let words = match (*range.start(), *range.end()) {
+        (0.0, 1.0) => format!("0 to 1: {metric} is a share"),
+        (0.0, _) => format!("a finite number, 0 or more, as {metric} always is"),
+        _ => "a finite number".into(),
+    };
+    (range, words)
+}
+
 /// Pars must get better as the line's points do.
-fn check_pars(field: &str, pars: &Pars, more_is_better: bool, faults: &mut Faults) {
+fn check_pars(field: &str, pars: &Pars, more_is_better: bool, allowed: Allowed, faults: &mut Faults) {
     let Pars {
         bronze,
         silver,
@@ -278,7 +302,7 @@ fn check_pars(field: &str, pars: &Pars, more_is_better: bool, faults: &mut Fault
         ref basis,
     } = *pars;
     for (name, value) in [("bronze", bronze), ("silver", silver), ("gold", gold)] {
-        faults.note(finite(&format!("{field}.{name}"), value));
+        faults.note(within(&format!("{field}.{name}"), value, &allowed));
     }
     for (name, value, before, par) in [("silver", silver, "bronze", bronze), ("gold", gold, "silver", silver)] {
         let (is_worse, than) = if more_is_better {
@@ -294,6 +318,15 @@ fn check_pars(field: &str, pars: &Pars, more_is_better: bool, faults: &mut Fault
     faults.require(!basis.trim().is_empty(), || {
         RuleError::new(format!("{field}.basis"), "empty", "where the three values come from")
     });
+}
+
+fn within(field: &str, value: f64, (range, words): &Allowed) -> Checked {
+    finite(field, value)?;
+    if range.contains(&value) {
+        Ok(())
+    } else {
+        Err(RuleError::new(field, value, words.as_str()))
+    }
 }
 
 fn finite(field: &str, value: f64) -> Checked {

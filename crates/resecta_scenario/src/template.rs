@@ -73,8 +73,8 @@ pub fn new_mod(name: &str) -> [(String, String); 3] {
     let (of_shipped, of_own) = ("    case: \"medium\",", "    case: \"own\",");
     let exercise = new_exercise("first").replace(of_shipped, of_own);
     let exercise = exercise.replace(
-        "or a file beside this one: \"my.case.ron\" (resecta new case my).",
-        "or one of the mod's own cases/.",
+        "or a file beside this one: \"my.case.ron\" (resecta new\n    // case my); in a mod also one of its cases/ by its name: \"my\".",
+        "or one of the mod's\n    // cases/ by its name.",
     );
     [
         (MANIFEST.into(), manifest),
@@ -99,7 +99,8 @@ const TEMPLATE: &str = r#"// An exercise of Resecta. Look for slips:  resecta va
     briefing: "Resect the marked part of the middle lobe. Push the loop out over it, press the cutting pedal, draw the loop back, \
                release.",
 
-    // The gland: small, medium, large or paper, which ship, or a file beside this one: "my.case.ron" (resecta new case my).
+    // The gland: small, medium, large, larger_left_lobe or paper, which ship, or a file beside this one: "my.case.ron" (resecta new
+    // case my); in a mod also one of its cases/ by its name: "my".
     case: "medium",
     // Angle between two rays of the lattice, degrees: 8 is fine, 10 runs faster.
     alpha_deg: 10,
@@ -145,6 +146,8 @@ const TEMPLATE: &str = r#"// An exercise of Resecta. Look for slips:  resecta va
             needs: (metric: "marked_removed_share", at_least: 0.4),
         ),
     ],
+
+    // Medals for the total, which open levels: total_pars: (bronze: 60, silver: 80, gold: 90, basis: "My choice."),
 
     // Who shows it at the briefing: Careful, a scripted player, or Script("name"), a script that moves the instrument.
     shown_by: Careful,

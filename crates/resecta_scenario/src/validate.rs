@@ -68,7 +68,7 @@ pub enum FileFault {
         nearest: Option<String>,
     },
     /// A file whose name does not say what it is.
-    #[error("{}: unknown kind of file; expected {KINDS}{}", file.display(), resecta_text::did_you_mean(nearest))]
+    #[error("{}: unknown kind of file; expected {KINDS}{}", file.display(), meant(nearest))]
     Kind {
         /// The file.
         file: PathBuf,
@@ -87,6 +87,14 @@ pub enum FileFault {
 
 /// What the name of a file may end in.
 const KINDS: &str = "a name that ends in .exercise.ron or .case.ron";
+
+/// What may be meant by a file of no such name.
+fn meant(nearest: &Option<String>) -> String {
+    match nearest {
+        Some(_) => resecta_text::did_you_mean(nearest),
+        None => "; manifest, curriculum and scripts of a mod are checked with its folder".into(),
+    }
+}
 
 /// What came of checking files.
 #[derive(Debug, Default)]

@@ -97,7 +97,7 @@ fn paths_that_cannot_be_checked_are_faults() {
     assert_eq!(
         told(&validation, folder.path()),
         "notse.txt: no such file or folder; did you mean `notes.txt`?\n\
-         notes.txt: unknown kind of file; expected a name that ends in .exercise.ron or .case.ron\n\
+         notes.txt: unknown kind of file; expected a name that ends in .exercise.ron or .case.ron; manifest, curriculum and scripts of a mod are checked with its folder\n\
          large.exercise.ron: cannot be read: larger than 1048576 bytes, the most that is read\n"
     );
     let validation = library().validate([folder.path()]);

@@ -5,6 +5,9 @@
 
 use std::fmt;
 
+/// What some editors write before a text.
+pub(crate) const BYTE_ORDER_MARK: char = '\u{feff}';
+
 /// A place in a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
@@ -55,6 +58,7 @@ impl fmt::Display for Place {
 /// Where the value of a field begins, for example of `goals[0].RemoveMarked.share`; `.` is the whole. Where the text leaves out
 /// the end of the path, the place of what holds it; none where it leaves out all of it.
 pub fn place_of(text: &str, field: &str) -> Option<Place> {
+    let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
     let mut scanner = Scanner { text, at: 0 };
     scanner.skip_attributes();
     if field == "." {

@@ -11,7 +11,7 @@ use serde::de::DeserializeOwned;
 
 use crate::{
     names::{did_you_mean, nearest},
-    place::{Place, place_of},
+    place::{BYTE_ORDER_MARK, Place, place_of},
 };
 
 /// Why a text could not be read.
@@ -43,11 +43,12 @@ fn at_field(field: &str) -> String {
     }
 }
 
-/// Reads a value from RON; `Some(..)` may be left out around a value.
+/// Reads a value from RON; `Some(..)` may be left out around a value, and a byte-order mark before the text is passed over.
 ///
 /// # Errors
 /// The first [`Slip`]: what follows it cannot be told apart any more.
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, Slip> {
+    let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
     let options = Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
     let mut deserializer =
         ron::Deserializer::from_str_with_options(text, &options).map_err(|error| slip(text, &error, ".".into()))?;
@@ -151,6 +152,9 @@ fn message(error: &Error, found: &str) -> String {
         Error::ExpectedArray => expected("a list that begins with `[`"),
         Error::ExpectedArrayEnd => expected("`]`"),
         Error::ExpectedBoolean => expected("true or false"),
+        Error::ExpectedComma if is_fraction(found) => {
+            format!("expected `,` or a closing bracket before {found}; the number here is a whole one")
+        }
         Error::ExpectedComma => format!("expected `,` or a closing bracket before {found}"),
         Error::ExpectedFloat => expected("a number"),
         Error::ExpectedInteger => expected("a whole number"),
@@ -166,11 +170,11 @@ fn message(error: &Error, found: &str) -> String {
         Error::ExpectedString => expected("text in double quotes"),
         Error::ExpectedStringEnd => "the text that begins here has no closing `\"`".into(),
         Error::ExpectedIdentifier | Error::InvalidIdentifier(_) | Error::SuggestRawIdentifier(_) => {
-            let is_number = found.starts_with("`-") || found[1..].starts_with(|c: char| c.is_ascii_digit());
-            let hint = if is_number {
-                "; a field is written `name: value`, and a number with a decimal point"
-            } else {
-                ""
+            let hint = match found.trim_matches('`').chars().next() {
+                Some('-' | '0'..='9') => "; a field is written `name: value`, and a number with a decimal point",
+                Some('"') => "; names of fields and of choices are written without quotes",
+                Some('#') => "; a comment begins with `//`",
+                _ => "",
             };
             expected("a name") + hint
         }
@@ -187,6 +191,12 @@ fn message(error: &Error, found: &str) -> String {
         Error::ExceededRecursionLimit => "brackets are nested too deeply".into(),
         other => other.to_string(),
     }
+}
+
+/// Whether what was found is the rest of a number behind its decimal point.
+fn is_fraction(found: &str) -> bool {
+    let digits = found.trim_matches('`').strip_prefix('.');
+    digits.is_some_and(|digits| digits.starts_with(|c: char| c.is_ascii_digit()))
 }
 
 fn one_of(names: &[&str]) -> String {

@@ -1,6 +1,6 @@
 //! The one table of metrics: what the exercise file may name, the report prints and a panel shows.
 
-use std::{borrow::Cow, fmt};
+use std::{borrow::Cow, fmt, ops::RangeInclusive};
 
 use bevy::reflect::Reflect;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -69,7 +69,7 @@ metrics! {
     /// Simulated time from the start of the run.
     Elapsed = "elapsed_s", "Time", "s", Less;
     /// Volume of all tissue removed, by its volume at rest.
-    Removed = "removed_mm3", "Tissue removed", "mm3", Neither;
+    Removed = "removed_mm3", "Volume removed", "mm3", Neither;
     /// Mass of all tissue removed: volume at rest times the density of the material. Chips weigh 21 to 25 % less.
     RemovedMass = "removed_g", "Tissue removed", "g", Neither;
     /// Volume removed from the lateral lobes.
@@ -83,7 +83,7 @@ metrics! {
     /// Removed share of the adenoma, lateral and middle lobes together.
     AdenomaRemovedShare = "adenoma_removed_share", "Adenoma removed", "1", More;
     /// Volume removed inside the marked region.
-    MarkedRemoved = "marked_removed_mm3", "Marked tissue removed", "mm3", More;
+    MarkedRemoved = "marked_removed_mm3", "Marked volume removed", "mm3", More;
     /// Removed share of the marked region.
     MarkedRemovedShare = "marked_removed_share", "Marked tissue removed", "1", More;
     /// Volume removed that is no adenoma.
@@ -93,7 +93,7 @@ metrics! {
     /// Time with the loop on the capsule and current on.
     CapsuleTouchTime = "capsule_touch_s", "Time on the capsule", "s", Less;
     /// Area of capsule that was cut out.
-    CapsuleCut = "capsule_cut_mm2", "Capsule cut", "mm2", Less;
+    CapsuleCut = "capsule_cut_mm2", "Area of capsule cut", "mm2", Less;
     /// Share of the capsule's surface that was cut out.
     CapsuleCutShare = "capsule_cut_share", "Capsule cut", "1", Less;
     /// Separate times that the loop met tissue below the verumontanum with current on: touching or cutting it, at least 0.25 s
@@ -135,6 +135,15 @@ metrics! {
 }
 
 impl MetricId {
+    /// What its values can be: 0 to 1 for shares, 0 or more for all else that is built in.
+    pub fn range(self) -> RangeInclusive<f64> {
+        match self {
+            MetricId::Extension(_) => f64::NEG_INFINITY..=f64::INFINITY,
+            _ if self.info().id.ends_with("_share") => 0.0..=1.0,
+            _ => 0.0..=f64::INFINITY,
+        }
+    }
+
     /// The built-in metric of this id.
     pub fn from_id(id: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|metric| metric.info().id == id)
