@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use bevy::prelude::World;
 use plotters::prelude::*;
-use resecta_scenario::{ActiveExercise, CutMap, LogSample, Medal, Report, RunLog, advice};
+use resecta_scenario::{ActiveExercise, CutMap, LogSample, Medal, MetricId, Report, RunLog, advice};
 use resecta_tissue::Tissue;
 
 use crate::key_pictures::KeyPicture;
@@ -101,8 +101,9 @@ pub fn page(report: &Report, log: &RunLog, map: &CutMap, advice: &[&str], pictur
     for curve in CURVES.iter().filter(|curve| varies(curve, log)) {
         html += &drawn(CURVE, |area| draw_curve(area, curve, log));
     }
-    html += "<h2>What was cut</h2>\n<p>Unrolled: hours on the clock about the urethra, as seen from the apex, and height along the \
-             axis. The darker, the more is gone of what was there; red where the capsule was cut.</p>\n";
+    html += "<h2>What was cut</h2>\n<p>Unrolled: hours on the clock about the urethra and height along the axis, the bladder above \
+             and the patient's left (3 o'clock) on the right, as the operator sees it. The darker, the more is gone of what was there; \
+             red where the capsule was cut.</p>\n";
     html += &drawn(MAP, |area| draw_map(area, map));
     metrics(&mut html, report).ok();
     html += "</body></html>\n";
@@ -131,7 +132,7 @@ fn score(html: &mut String, report: &Report) -> std::fmt::Result {
             escaped(line.title),
             escaped(&line.formula),
             escaped(&line.basis),
-            with_unit(line.value, line.unit),
+            with_unit(line.metric, line.value),
             line.points,
             line.out_of,
             line.medal.map_or("", medal),
@@ -147,6 +148,10 @@ fn score(html: &mut String, report: &Report) -> std::fmt::Result {
         )?;
     }
     html.push_str("</table>\n");
+    for goal in &report.score.goals {
+        let reached = if goal.reached { "reached" } else { "not reached" };
+        writeln!(html, "<p>Goal: {} ({reached}).</p>", escaped(&goal.goal))?;
+    }
     Ok(())
 }
 
@@ -171,7 +176,7 @@ fn metrics(html: &mut String, report: &Report) -> std::fmt::Result {
             "<tr><td>{}<br><small>{}</small><td class=\"n\">{}</tr>",
             escaped(metric.title),
             escaped(metric.doc),
-            with_unit(metric.value, metric.unit)
+            with_unit(metric.id, metric.value)
         )?;
     }
     html.push_str("</table>\n<h2>Settings</h2>\n<table>\n");
@@ -205,11 +210,15 @@ fn medal(medal: Medal) -> &'static str {
     }
 }
 
-/// A value as it is read: shares and counts have no unit.
-fn with_unit(value: f64, unit: &str) -> String {
+/// A value as it is read: shares in per cent, counts without a unit.
+fn with_unit(metric: MetricId, value: f64) -> String {
+    let info = metric.info();
     let digits = if value.fract() == 0.0 { 0 } else { 2 };
-    let unit = if unit == "1" { "" } else { unit };
-    format!("{value:.digits$} {unit}").trim_end().to_owned()
+    match info.unit {
+        "1" if info.id.ends_with("_share") => format!("{:.1} %", 100.0 * value),
+        "1" => format!("{value:.digits$}"),
+        unit => format!("{value:.digits$} {unit}"),
+    }
 }
 
 /// Text that HTML takes as text.
@@ -293,7 +302,8 @@ fn draw_map(area: &Area, map: &CutMap) -> Drawing {
             Some(0.0) => RGBColor(200, 30, 40).to_rgba(),
             _ => HSLColor(0.58, 0.5, 0.93 - 0.63 * gone).to_rgba(),
         };
-        let (left, low) = (column as f64 * hours, height(row));
+        // Hours fall from left to right, as through the lens.
+        let (left, low) = (12.0 - (column + 1) as f64 * hours, height(row));
         Some(Rectangle::new(
             [(left, low), (left + hours, low + map.row_mm)],
             colour.filled(),
@@ -306,7 +316,7 @@ fn draw_map(area: &Area, map: &CutMap) -> Drawing {
         .x_labels(13)
         .x_desc("hour")
         .y_desc("height, mm")
-        .x_label_formatter(&|hour| format!("{hour:.0}"))
+        .x_label_formatter(&|across| format!("{:.0}", 12.0 - across))
         .label_style(("sans-serif", 12))
         .draw()?;
     Ok(())
@@ -315,7 +325,7 @@ fn draw_map(area: &Area, map: &CutMap) -> Drawing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{prelude::*, testing::Trial};
+    use crate::testing::Trial;
 
     fn of(trial: &Trial) -> String {
         let picture = KeyPicture {

@@ -233,6 +233,13 @@ pub fn card<R>(ui: &mut Ui, contents: impl FnOnce(&mut Ui) -> R) -> R {
         .inner
 }
 
+/// A number on an axis, with as many decimals as its step has: egui's own rounds a step of 0.5 to whole numbers.
+fn axis_number(value: f64, step: f64) -> String {
+    // Steps are 1, 2 or 5 of some power of ten; a little less than none for what roundings leave.
+    let decimals = (-step.log10() - 1e-9).ceil().clamp(0.0, 6.0) as usize;
+    format!("{value:.decimals$}")
+}
+
 /// A plot to be read, not to be moved: `id` is its own among those of the page.
 pub fn plot(id: &str, height: f32) -> Plot<'_> {
     Plot::new(id)
@@ -243,6 +250,7 @@ pub fn plot(id: &str, height: f32) -> Plot<'_> {
         .allow_boxed_zoom(false)
         .allow_axis_zoom_drag(false)
         .allow_double_click_reset(false)
+        .y_axis_formatter(|mark, _| axis_number(mark.value, mark.step_size))
         // Nothing in it is pressed: the focus passes over it.
         .sense(egui::Sense::hover())
 }
@@ -267,7 +275,7 @@ pub fn key_cap(ui: &mut Ui, name: &str) {
 
 #[cfg(test)]
 mod tests {
-    use super::zoom_for;
+    use super::{axis_number, zoom_for};
 
     #[test]
     fn screens_are_laid_out_for_one_size_and_fit_every_other() {
@@ -281,5 +289,15 @@ mod tests {
                 assert!(fits || zoom == 0.75, "{width} {height} {zoom}");
             }
         }
+    }
+
+    #[test]
+    fn numbers_of_an_axis_have_the_decimals_of_its_steps() {
+        let numbers = |step: f64| [0, 1, 2, 3].map(|number| axis_number(f64::from(number) * step, step));
+        assert_eq!(numbers(0.5), ["0.0", "0.5", "1.0", "1.5"]);
+        assert_eq!(numbers(0.05), ["0.00", "0.05", "0.10", "0.15"]);
+        assert_eq!(numbers(0.1), ["0.0", "0.1", "0.2", "0.3"]);
+        assert_eq!(numbers(1.0), ["0", "1", "2", "3"]);
+        assert_eq!(numbers(500.0), ["0", "500", "1000", "1500"]);
     }
 }

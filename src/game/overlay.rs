@@ -24,6 +24,8 @@ use crate::view::{EndoscopeCamera, LandmarkMarker, OutsideCamera};
 const WARNING_S: f32 = 1.6;
 /// Height of landmarks' names in the outside view, points.
 const LABEL_SIZE: f32 = 12.0;
+/// The button of a pause that ends a run.
+const END: &str = "End and show the score";
 
 pub fn plugin(app: &mut App) {
     app.init_resource::<Warnings>()
@@ -216,7 +218,7 @@ fn pause(ui: &mut Ui, lead: bool, flow: &mut GameFlow) {
             "Begin anew (R)"
         };
         menu::wish(ui, anew, Wish::Restart, false, flow);
-        menu::wish(ui, "End and show the score", Wish::End, false, flow);
+        menu::wish(ui, END, Wish::End, false, flow);
         menu::wish(ui, "Another exercise", Wish::Choose, false, flow);
         menu::wish(ui, "Quit", Wish::Quit, false, flow);
     });
@@ -240,7 +242,8 @@ fn briefing(
             for goal in &card.goals {
                 ui.label(format!("• {}", goal.goal));
             }
-            ui.label(format!("• within {} min", clock(exercise.limits.time_s)));
+            let time = clock(exercise.limits.time_s);
+            ui.label(format!("• within {time} min, or until you end it: Esc, \"{END}\""));
             for (metric, limit, _) in exercise
                 .limits
                 .set()

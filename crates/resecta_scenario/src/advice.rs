@@ -2,7 +2,7 @@
 
 use crate::{
     metrics::{MetricId, Metrics},
-    score::{ScoreCard, ScoreLine},
+    score::ScoreCard,
 };
 
 /// Share of a line's points that may go without a word.
@@ -16,11 +16,11 @@ const ADVICE: &[(MetricId, &str)] = &[
     ),
     (
         MetricId::MarkedRemoved,
-        "Go on until the blue dye is gone: what is dyed is what is asked for.",
+        "Go on until the dye is gone: what is dyed is what is asked for.",
     ),
     (
         MetricId::MarkedRemovedShare,
-        "Go on until the blue dye is gone: work in layers from the bladder neck back, each of a stroke in the middle and one to either side.",
+        "Go on until the dye is gone: work in layers from the bladder neck back, each of a stroke in the middle and one to either side.",
     ),
     (
         MetricId::AdenomaRemovedShare,
@@ -130,19 +130,28 @@ fn sentence(told: MetricId) -> Option<&'static str> {
     }
 }
 
-/// At most `most` sentences for the lines that lost most points, the dearest first, then for harm that no line scores; none for
-/// lines that lost nothing to speak of. A line whose metric the table lacks is passed over.
+/// At most `most` sentences for what lost most points, the dearest first, then for harm that no line scores; none for lines that
+/// lost nothing to speak of. What a line lost because something else was not done counts for that. A metric that the table lacks
+/// is passed over.
 pub fn advice(card: &ScoreCard, metrics: &Metrics, most: usize) -> Vec<&'static str> {
-    let lost = |line: &ScoreLine| line.out_of - line.points;
-    let mut lines: Vec<&ScoreLine> = (card.lines.iter())
-        .filter(|line| lost(line) > FINE * line.out_of)
-        .collect();
+    let mut lost: Vec<(MetricId, f64)> = Vec::new();
+    for line in &card.lines {
+        let points = line.out_of - line.points;
+        if points <= FINE * line.out_of {
+            continue;
+        }
+        let to_blame = line.waits_for.map_or(line.metric, |needed| needed.metric);
+        match lost.iter_mut().find(|(metric, _)| *metric == to_blame) {
+            Some((_, sum)) => *sum += points,
+            None => lost.push((to_blame, points)),
+        }
+    }
     // Stable: of equals the first in the file comes first.
-    lines.sort_by(|a, b| lost(b).total_cmp(&lost(a)));
+    lost.sort_by(|a, b| b.1.total_cmp(&a.1));
     let is_scored = |metric: &MetricId| card.lines.iter().any(|line| line.metric == *metric);
     let harm = (HARM.into_iter()).filter(|metric| !is_scored(metric) && metrics.value(*metric) > 0.0);
     let mut said = Vec::new();
-    for told in lines.into_iter().map(|line| line.metric).chain(harm) {
+    for told in lost.into_iter().map(|(metric, _)| metric).chain(harm) {
         if let Some(sentence) = sentence(told)
             && !said.contains(&sentence)
         {
@@ -156,7 +165,7 @@ pub fn advice(card: &ScoreCard, metrics: &Metrics, most: usize) -> Vec<&'static 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metrics::Better;
+    use crate::{exercise::Condition, metrics::Better, score::ScoreLine};
 
     fn line(metric: MetricId, points: f64, out_of: f64) -> ScoreLine {
         let info = metric.info();
@@ -168,6 +177,7 @@ mod tests {
             value: 0.0,
             points,
             out_of,
+            waits_for: None,
             formula: String::new(),
             basis: String::new(),
             pars: None,
@@ -199,6 +209,29 @@ mod tests {
         assert_eq!(said.len(), 2);
         assert!(said[0].contains("vessel") && said[1].contains("strokes"), "{said:?}");
         assert_eq!(advice(&card, &Metrics::default(), 1), said[..1]);
+    }
+
+    #[test]
+    fn a_line_that_waits_for_something_else_blames_that() {
+        let needed = Condition {
+            metric: MetricId::AdenomaRemovedShare,
+            at_least: 0.3,
+        };
+        let waiting = |metric, out_of| ScoreLine {
+            waits_for: Some(needed),
+            ..line(metric, 0.0, out_of)
+        };
+        let card = ScoreCard {
+            lines: vec![
+                line(MetricId::Elapsed, 0.0, 25.0),
+                waiting(MetricId::BloodLost, 20.0),
+                waiting(MetricId::CapsuleTouches, 10.0),
+            ],
+            ..Default::default()
+        };
+        let said = advice(&card, &Metrics::default(), 3);
+        assert_eq!(said.len(), 2);
+        assert!(said[0].contains("adenoma") && said[1].contains("strokes"), "{said:?}");
     }
 
     #[test]

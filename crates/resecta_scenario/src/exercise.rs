@@ -194,6 +194,20 @@ pub struct Marked {
     pub dyed: bool,
 }
 
+impl Marked {
+    /// What it is called in goals: all of both lobes is the adenoma, whose edge a player has to see undyed; all else is marked.
+    pub fn words(&self) -> &'static str {
+        let is_whole = self.clock.is_none() && self.height.is_none() && self.depth_mm.is_none();
+        let lobes = [Zone::LateralLobe, Zone::MiddleLobe];
+        let is_adenoma = lobes.iter().all(|lobe| self.zones.contains(lobe)) && self.zones.len() == lobes.len();
+        if is_whole && is_adenoma && !self.dyed {
+            "adenoma"
+        } else {
+            "marked tissue"
+        }
+    }
+}
+
 fn yes() -> bool {
     true
 }

@@ -60,6 +60,9 @@ pub struct ScoreLine {
     pub points: f64,
     /// Points at best.
     pub out_of: f64,
+    /// What has to be done before the line earns anything, while it is not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub waits_for: Option<Condition>,
     /// How the points follow from the value.
     pub formula: String,
     /// Where the formula's two values come from.
@@ -135,7 +138,7 @@ impl PartScore {
 impl ScoreRule {
     /// Points for these values of the metrics: 0 to `points`, linear between the pars.
     pub fn points_for(&self, value: impl Fn(MetricId) -> f64) -> f64 {
-        if !self.counts(&value) {
+        if self.waits_for(&value).is_some() {
             return 0.0;
         }
         let share = (value(self.metric) - self.from) / (self.to - self.from);
@@ -143,9 +146,9 @@ impl ScoreRule {
         self.points * share.clamp(0.0, 1.0) + 0.0
     }
 
-    /// Whether what the line needs is done.
-    fn counts(&self, value: impl Fn(MetricId) -> f64) -> bool {
-        self.needs.is_none_or(|needs| needs.is_met(value))
+    /// What the line needs and is not done.
+    fn waits_for(&self, value: impl Fn(MetricId) -> f64) -> Option<Condition> {
+        self.needs.filter(|needs| !needs.is_met(value))
     }
 
     /// The formula in words that a calculator understands.
@@ -167,14 +170,16 @@ impl ScoreRule {
 
     fn line(&self, value: impl Fn(MetricId) -> f64 + Copy) -> ScoreLine {
         let info = self.metric.info();
+        let waits_for = self.waits_for(value);
         ScoreLine {
+            waits_for,
             metric: self.metric,
             part: self.part,
             title: info.title,
             unit: info.unit,
             value: value(self.metric),
             medal: (self.pars.as_ref())
-                .filter(|_| self.counts(value))
+                .filter(|_| waits_for.is_none())
                 .and_then(|pars| pars.medal(value(self.metric))),
             points: self.points_for(value),
             out_of: self.points,
@@ -195,7 +200,7 @@ impl Goal {
     fn state(&self, exercise: &Exercise, value: impl Fn(MetricId) -> f64) -> GoalState {
         let (goal, metric, at_least) = match *self {
             Goal::RemoveMarked { share } => (
-                format!("Remove {:.0} % of the marked tissue", share * 100.0),
+                format!("Remove {} % of the {}", tenths(share * 100.0), exercise.marked.words()),
                 MetricId::MarkedRemovedShare,
                 share,
             ),
@@ -213,6 +218,11 @@ impl Goal {
             reached: value(metric) >= at_least,
         }
     }
+}
+
+/// A number to the tenth, as briefings write it: 80, 94.5.
+fn tenths(value: f64) -> f64 {
+    (10.0 * value).round() / 10.0
 }
 
 #[cfg(test)]

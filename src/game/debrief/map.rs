@@ -1,4 +1,4 @@
-//! The map of what was cut: the gland unrolled, hours from left to right, heights from the apex up.
+//! The map of what was cut: the gland unrolled, the bladder above, and left and right as whoever operates sees them.
 
 use bevy_egui::egui::{self, Align2, Color32, FontId, Pos2, Rect, RichText, Sense, Stroke, StrokeKind, Ui};
 use resecta_anatomy::Zone;
@@ -11,8 +11,8 @@ const NEAR_CAPSULE_MM: f64 = 2.0;
 /// Less than this in a cell is not shown, mm³: what a touch of the loop shaves off.
 const SHOWN_MM3: f64 = 0.5;
 
-/// Ground of a cell with something marked in it.
-const MARKED: Color32 = Color32::from_rgb(6, 46, 74);
+/// Ground of a cell with something marked in it: no colour of a depth.
+const MARKED: Color32 = Color32::from_rgb(112, 74, 140);
 
 /// Ground of a cell whose tissue is mostly of this zone.
 fn zone_ground(zone: Zone) -> Color32 {
@@ -45,9 +45,11 @@ fn draw(ui: &mut Ui, active: &ActiveExercise, map: &CutMap, deepest: f64, size: 
     );
     painter.rect_filled(area, 0.0, Color32::from_rgb(9, 11, 14));
     let step = egui::vec2(area.width() / map.columns as f32, area.height() / map.rows as f32);
-    // 12 o'clock at both edges, so that 6, where most is cut, is in the middle; the bladder above.
+    // 12 o'clock at both edges, so that 6, where most is cut, is in the middle; the bladder above. Hours therefore fall from left
+    // to right: 3 o'clock, the patient's left, is on the right as through the lens.
     let corner = |row: usize, column: usize| -> Pos2 {
-        area.min + egui::vec2(column as f32 * step.x, (map.rows - 1 - row) as f32 * step.y)
+        let (across, down) = (map.columns - 1 - column, map.rows - 1 - row);
+        area.min + egui::vec2(across as f32 * step.x, down as f32 * step.y)
     };
     let cell_area = |row, column| Rect::from_min_size(corner(row, column), step);
     for row in 0..map.rows {
@@ -73,9 +75,9 @@ fn draw(ui: &mut Ui, active: &ActiveExercise, map: &CutMap, deepest: f64, size: 
     }
     axes(&painter, area, active, map);
     let place = response.hover_pos().filter(|place| area.contains(*place))?;
-    let column = ((place.x - area.left()) / step.x) as usize;
+    let across = ((place.x - area.left()) / step.x) as usize;
     let row = map.rows - 1 - (((place.y - area.top()) / step.y) as usize).min(map.rows - 1);
-    let column = column.min(map.columns - 1);
+    let column = map.columns - 1 - across.min(map.columns - 1);
     let stroke = Stroke::new(2.0, palette::FOCUS);
     painter.rect_stroke(cell_area(row, column), 1.0, stroke, StrokeKind::Outside);
     Some((row, column))
@@ -104,7 +106,7 @@ fn axes(painter: &egui::Painter, area: Rect, active: &ActiveExercise, map: &CutM
         painter.text(place, anchor, words, FontId::proportional(12.5), colour);
     };
     for hour in (0..=12).step_by(3) {
-        let x = area.left() + area.width() * hour as f32 / 12.0;
+        let x = area.right() - area.width() * hour as f32 / 12.0;
         painter.line_segment(
             [egui::pos2(x, area.bottom()), egui::pos2(x, area.bottom() + 4.0)],
             Stroke::new(1.0, palette::WEAK),
@@ -116,8 +118,8 @@ fn axes(painter: &egui::Painter, area: Rect, active: &ActiveExercise, map: &CutM
             _ => "9 patient's right",
         };
         let anchor = match hour {
-            0 => Align2::LEFT_TOP,
-            12 => Align2::RIGHT_TOP,
+            0 => Align2::RIGHT_TOP,
+            12 => Align2::LEFT_TOP,
             _ => Align2::CENTER_TOP,
         };
         text(egui::pos2(x, area.bottom() + 5.0), anchor, words, palette::TEXT);

@@ -1,7 +1,7 @@
 //! The score line by line against its pars, views at key moments, and what to do better.
 
 use bevy_egui::egui::{self, RichText, Sense, Stroke, Ui};
-use resecta_scenario::{ActiveExercise, Medal, MetricId, Metrics, PartScore, ScoreCard, ScoreLine, advice};
+use resecta_scenario::{ActiveExercise, Condition, Medal, MetricId, Metrics, PartScore, ScoreCard, ScoreLine, advice};
 
 use super::{
     super::{history::History, menu, moments::Moments, palette},
@@ -86,6 +86,9 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
             }
         });
     ui.add_space(4.0);
+    for note in waiting(card) {
+        ui.label(RichText::new(note).size(14.0).color(palette::CAREFUL));
+    }
     if !card.parts.is_empty() {
         let part = |part: &PartScore| format!("{} {:.0} of {:.0}", part.part.name(), part.points, part.out_of);
         let parts: Vec<String> = card.parts.iter().map(part).collect();
@@ -102,6 +105,26 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
         };
         ui.label(RichText::new(format!("{sign} {}", goal.goal)).color(colour));
     }
+}
+
+/// For everything that lines wait for, a sentence that says which: they show good values and no points.
+fn waiting(card: &ScoreCard) -> Vec<String> {
+    let mut groups: Vec<(Condition, Vec<&str>)> = Vec::new();
+    for line in &card.lines {
+        let Some(needed) = line.waits_for else { continue };
+        match groups.iter_mut().find(|(other, _)| *other == needed) {
+            Some((_, titles)) => titles.push(line.title),
+            None => groups.push((needed, vec![line.title])),
+        }
+    }
+    let sentence = |(Condition { metric, at_least }, titles): (Condition, Vec<&str>)| {
+        let needed = format!("{} is {} or more", metric.info().title, value(metric, at_least));
+        match titles[..] {
+            [one] => format!("{one} counts once {needed}."),
+            _ => format!("{} count once {needed}.", titles.join(", ")),
+        }
+    };
+    groups.into_iter().map(sentence).collect()
 }
 
 /// A value of a metric with its unit; shares as percentages.
@@ -210,5 +233,46 @@ fn own_runs(ui: &mut Ui, exercise: &str, history: &History, is_own: bool) {
         ui.add_space(4.0);
         let words = format!("Kept as {} (`resecta replay` shows it again)", record.display());
         ui.label(RichText::new(words).size(12.5).color(palette::WEAK));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_that_wait_for_the_same_are_told_together() {
+        let needed = |metric, at_least| Some(Condition { metric, at_least });
+        let line = |metric: MetricId, waits_for| ScoreLine {
+            metric,
+            part: None,
+            title: metric.info().title,
+            unit: metric.info().unit,
+            value: 0.0,
+            points: 0.0,
+            out_of: 10.0,
+            waits_for,
+            formula: String::new(),
+            basis: String::new(),
+            pars: None,
+            medal: None,
+        };
+        let half = needed(MetricId::MarkedRemovedShare, 0.5);
+        let card = ScoreCard {
+            lines: vec![
+                line(MetricId::MarkedRemovedShare, None),
+                line(MetricId::BloodLost, half),
+                line(MetricId::RemovalRate, needed(MetricId::RemovedMass, 2.0)),
+                line(MetricId::BlindTime, half),
+            ],
+            ..ScoreCard::default()
+        };
+        assert_eq!(
+            waiting(&card),
+            [
+                "Blood lost, Time without a view count once Marked tissue removed is 50 % or more.",
+                "Removal rate counts once Tissue removed is 2.0 g or more.",
+            ]
+        );
     }
 }

@@ -34,8 +34,12 @@ use super::{
     guidance::Guidance,
     layout::ViewLayout,
     outlines::{Editor, Images},
+    settings::KeptSettings,
 };
-use crate::view::{ViewSystems, save_picture};
+use crate::{
+    players,
+    view::{ViewSystems, save_picture},
+};
 
 /// Names and sizes of the pictures, pixels. The window has the first one on the way.
 const SIZES: [(&str, [u32; 2]); 2] = [("1280x720", [1280, 720]), ("2560x1440", [2560, 1440])];
@@ -203,10 +207,18 @@ fn do_or_wait(world: &mut World, gallery: &mut Gallery, deed: Deed) -> bool {
         Deed::Wish(wish) => world.resource_mut::<GameFlow>().wish(wish),
         Deed::Select(name) => world.resource_mut::<Catalogue>().select(name),
         Deed::Await(wanted) => return phase == wanted,
+        Deed::Levels { all_open } => world.resource_mut::<KeptSettings>().all_open = all_open,
         Deed::Script(name) => match hand_over(world, &gallery.scripts.join(name)) {
             Ok(is_done) => return is_done,
             Err(error) => gallery.failed = Some(error.into()),
         },
+        Deed::Shown => {
+            let is_done = players::show(world);
+            if is_done {
+                record_run(world, Hands::Player(String::new()));
+            }
+            return is_done;
+        }
         Deed::PlayTo(time_s) => {
             let left_s = time_s - world.resource::<Metrics>().elapsed_s();
             let is_there = left_s <= 0.0 || phase == Phase::Result;
@@ -335,6 +347,8 @@ mod tests {
                     let script = InstrumentScript::load(&scripts.join(name), &InstrumentLimits::default());
                     ends_s = script.expect("the script is sound").duration_s();
                 }
+                // To the end of the run, whenever that is.
+                Deed::Shown => ends_s = f64::INFINITY,
                 Deed::Select(name) => assert!(library.exercise_names().iter().any(|shipped| shipped == name), "{name}"),
                 Deed::PlayTo(time_s) => assert!(time_s <= ends_s, "{time_s} s is past the end of the script"),
                 _ => {}

@@ -7,8 +7,6 @@ use crate::game::debrief::Page;
 
 /// The middle lobe taken away in layers, with nobody who stops bleeding.
 const LOBE: &str = "first_cuts.ron";
-/// Where that ends here, s.
-const LOBE_S: f64 = 20.0;
 /// Through the urethra into the bladder and back; strokes to the capsule and through arteries, both currents.
 const OPERATION: &str = "gallery.ron";
 /// The first steps of the tutorial.
@@ -19,13 +17,17 @@ const TUTORIAL: &str = "tutorial.ron";
 pub enum Deed {
     /// Presses a button.
     Wish(Wish),
+    /// Opens all levels, or only what was earned.
+    Levels { all_open: bool },
     /// Looks at an exercise in the catalogue.
     Select(&'static str),
     /// Waits until the player is there.
     Await(Phase),
     /// Gives the instrument to a shipped script.
     Script(&'static str),
-    /// Lets simulated time hurry on to there, s.
+    /// Gives it to whoever shows the exercise, as if a player sat there.
+    Shown,
+    /// Lets simulated time hurry on to there, s, or to the end of the run.
     PlayTo(f64),
     /// Arranges the views.
     Views(ViewLayout),
@@ -87,22 +89,32 @@ pub fn deeds() -> VecDeque<Deed> {
         Deed::Picture("title"),
     ]);
     deeds.extend([Deed::Settings(true), Deed::Picture("settings"), Deed::Settings(false)]);
+    deeds.push_back(Deed::Levels { all_open: true });
 
-    deeds.extend(begin("tutorial", "tutorial_briefing", TUTORIAL));
+    deeds.extend(open("tutorial"));
+    deeds.push_back(Deed::Picture("tutorial_briefing"));
+    deeds.extend(begin(Deed::Script(TUTORIAL)));
     deeds.extend([Deed::PlayTo(5.0), Deed::Picture("tutorial")]);
     deeds.extend(end());
 
-    deeds.extend(begin("full_operation", "operation_briefing", OPERATION));
+    deeds.extend(open("full_operation"));
+    deeds.push_back(Deed::Picture("operation_briefing"));
+    deeds.extend(begin(Deed::Script(OPERATION)));
     deeds.extend(play(OPERATION_PICTURES));
     deeds.extend(end());
 
-    deeds.extend(begin("middle_lobe", "briefing", LOBE));
-    deeds.push_back(Deed::Watch(true));
+    deeds.extend(open("middle_lobe"));
+    deeds.extend(begin(Deed::Script(LOBE)));
     deeds.extend(play(LOBE_PICTURES));
     deeds.extend([Deed::Wish(Wish::Help), Deed::Picture("help"), Deed::Wish(Wish::Help)]);
     deeds.extend([Deed::Wish(Wish::Pause), Deed::Picture("pause"), Deed::Wish(Wish::Play)]);
-    deeds.extend([Deed::Watch(false), Deed::PlayTo(LOBE_S)]);
     deeds.extend(end());
+
+    // A run to its end, for the debriefing.
+    deeds.extend(open("middle_lobe"));
+    deeds.extend(begin(Deed::Shown));
+    deeds.extend([Deed::Watch(true), Deed::PlayTo(f64::INFINITY), Deed::Watch(false)]);
+    deeds.push_back(Deed::Await(Phase::Result));
     for (page, name) in [
         (Page::Score, "debriefing"),
         (Page::Course, "debriefing_course"),
@@ -110,6 +122,7 @@ pub fn deeds() -> VecDeque<Deed> {
     ] {
         deeds.extend([Deed::Debrief(page), Deed::Picture(name)]);
     }
+    deeds.push_back(Deed::Levels { all_open: false });
     deeds.extend([Deed::Wish(Wish::Choose), Deed::Picture("choose")]);
     deeds.extend([Deed::Wish(Wish::Progress), Deed::Picture("progress")]);
     deeds.extend([Deed::Wish(Wish::Outlines), Deed::Picture("outlines_door")]);
@@ -117,17 +130,19 @@ pub fn deeds() -> VecDeque<Deed> {
     deeds
 }
 
-/// Opens an exercise, takes a picture of its briefing and begins, with a script at the instrument.
-fn begin(exercise: &'static str, briefing: &'static str, script: &'static str) -> [Deed; 7] {
+/// Opens an exercise, up to its briefing.
+fn open(exercise: &'static str) -> [Deed; 4] {
     [
         Deed::Wish(Wish::Choose),
         Deed::Select(exercise),
         Deed::Wish(Wish::Open),
         Deed::Await(Phase::Briefing),
-        Deed::Picture(briefing),
-        Deed::Script(script),
-        Deed::Wish(Wish::Play),
     ]
+}
+
+/// Begins it, with these hands at the instrument.
+fn begin(hands: Deed) -> [Deed; 2] {
+    [hands, Deed::Wish(Wish::Play)]
 }
 
 /// Plays from picture to picture.
