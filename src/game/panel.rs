@@ -7,7 +7,7 @@ use bevy_egui::{
 };
 use resecta_fluid::{Bladder, Irrigation, Turbidity};
 use resecta_instrument::InstrumentState;
-use resecta_scenario::{ActiveExercise, MetricId, Metrics, ScoreCard};
+use resecta_scenario::{ActiveExercise, Exercise, MetricId, Metrics, ScoreCard};
 use resecta_tissue::TissueDiagnostics;
 
 use super::{
@@ -67,7 +67,7 @@ fn show(
                 ui.separator();
                 score(ui, &card);
                 ui.separator();
-                measured(ui, &metrics, active.exercise.limits.time_s);
+                measured(ui, &metrics, &active.exercise);
                 ui.separator();
                 if let Ok(state) = instruments.get(active.instrument) {
                     instrument(ui, state);
@@ -130,15 +130,16 @@ fn score(ui: &mut Ui, card: &ScoreCard) {
         });
 }
 
-fn measured(ui: &mut Ui, metrics: &Metrics, limit_s: f64) {
+fn measured(ui: &mut Ui, metrics: &Metrics, exercise: &Exercise) {
     let value = |metric| metrics.value(metric);
     let touches = value(MetricId::CapsuleTouches);
-    let left_s = (limit_s - value(MetricId::Elapsed)).max(0.0);
+    let left_s = (exercise.limits.time_s - value(MetricId::Elapsed)).max(0.0);
     let plain = palette::TEXT;
+    let asked_for = format!("Of the {}", exercise.marked.words());
     let rows = [
         ("Removed", format!("{:.2} g", value(MetricId::RemovedMass)), plain),
         (
-            "Marked part removed",
+            asked_for.as_str(),
             format!("{:.0} %", 100.0 * value(MetricId::MarkedRemovedShare)),
             plain,
         ),
