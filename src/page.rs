@@ -215,7 +215,7 @@ fn with_unit(metric: MetricId, value: f64) -> String {
     let info = metric.info();
     let digits = if value.fract() == 0.0 { 0 } else { 2 };
     match info.unit {
-        "1" if info.id.ends_with("_share") => format!("{:.1} %", 100.0 * value),
+        "1" if metric.is_share() => format!("{:.1} %", 100.0 * value),
         "1" => format!("{value:.digits$}"),
         unit => format!("{value:.digits$} {unit}"),
     }

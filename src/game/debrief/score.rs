@@ -130,9 +130,8 @@ fn waiting(card: &ScoreCard) -> Vec<String> {
 /// A value of a metric with its unit; shares as percentages.
 pub fn value(metric: MetricId, value: f64) -> String {
     let info = metric.info();
-    let is_share = info.id.ends_with("_share");
     match info.unit {
-        "1" if is_share => format!("{:.0} %", 100.0 * value),
+        "1" if metric.is_share() => format!("{:.0} %", 100.0 * value),
         "1" => format!("{value:.0}"),
         "s" => format!("{value:.0} s"),
         unit => format!("{value:.1} {unit}"),

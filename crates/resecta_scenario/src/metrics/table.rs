@@ -135,11 +135,16 @@ metrics! {
 }
 
 impl MetricId {
+    /// Whether its values are shares, read in per cent: those whose ids end so.
+    pub fn is_share(self) -> bool {
+        self.info().id.ends_with("_share")
+    }
+
     /// What its values can be: 0 to 1 for shares, 0 or more for all else that is built in.
     pub fn range(self) -> RangeInclusive<f64> {
         match self {
             MetricId::Extension(_) => f64::NEG_INFINITY..=f64::INFINITY,
-            _ if self.info().id.ends_with("_share") => 0.0..=1.0,
+            _ if self.is_share() => 0.0..=1.0,
             _ => 0.0..=f64::INFINITY,
         }
     }
