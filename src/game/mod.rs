@@ -319,10 +319,6 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
         app.world_mut().resource_mut::<GameFlow>().phase = Phase::Outlines;
         app.world_mut().resource_mut::<outlines::Editor>().begin(images);
     }
-    if let Player::Nobody = player {
-        // Pictures are of everything, and nobody earned it.
-        app.world_mut().resource_mut::<KeptSettings>().all_open = true;
-    }
     app.insert_resource(catalogue);
     Ok(app)
 }
