@@ -167,6 +167,24 @@ fn bad_exercises_scripts_and_folders() {
         );
     }
     run("frist_cuts", "good.ron", "out", &["frist_cuts", "first_cuts"]);
+    let on = |case| {
+        [
+            "run",
+            "good.exercise.ron",
+            "--case",
+            case,
+            "--script",
+            "good.ron",
+            "--out",
+            "out",
+        ]
+    };
+    refused(
+        folder,
+        &on("mediun"),
+        &["mediun: no such case", "did you mean `medium`?"],
+    );
+    refused(folder, &on("no/such.case.ron"), &["no/such.case.ron", "cannot be read"]);
 
     let scripts = [
         (with(SCRIPT, "time_s: 1.8", "time_s: 0.8"), ["keys[5]", "time_s"]),

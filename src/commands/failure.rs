@@ -11,7 +11,7 @@ use resecta::{
     instrument::{RecordingError, ScriptError},
     rates::RateError,
     records::{Difference, ProgressError, RecordError},
-    scenario::ExerciseError,
+    scenario::{ExerciseError, LoadCaseError},
     spring_scene::SpringSceneError,
     view::{NoAdapter, PictureError},
 };
@@ -74,8 +74,8 @@ pub enum Failure {
     Progress(#[from] ProgressError),
     #[error("trainee: there is no \"{name}\"; there {}", list(trainees))]
     NoSuchTrainee { name: String, trainees: Vec<String> },
-    #[error("{name}: no such case; expected one of {} or the path of a .case.ron file", shipped.join(", "))]
-    NoSuchCase { name: String, shipped: Vec<String> },
+    #[error(transparent)]
+    LoadCase(#[from] LoadCaseError),
     #[error("{case}: {source}")]
     Lattice { case: String, source: LatticeError },
     #[error("{case}: material is \"{material}\"; expected one of {}", presets.join(", "))]

@@ -11,7 +11,7 @@ use resecta::{
     solver::{Material, TissueMesh},
 };
 
-use super::{Failure, files, load_case};
+use super::{Failure, files, library};
 
 /// Build the lattice of a case, print its numbers, and write it for ParaView or meshio
 #[derive(Args)]
@@ -31,7 +31,7 @@ pub struct Mesh {
 
 impl Mesh {
     pub fn run(self) -> Result<(), Failure> {
-        let case = load_case(&self.case)?;
+        let case = library()?.load_case(&self.case)?;
         let options = LatticeOptions {
             alpha_deg: self.alpha,
             axial_points: self.axial_points,

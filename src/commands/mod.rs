@@ -22,12 +22,11 @@ mod timing;
 mod train;
 mod validate;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use bevy::{log::LogPlugin, prelude::*};
 use clap::{Args, Parser, Subcommand};
 use resecta::{
-    anatomy::Case,
     assets,
     game::{self, GameOptions},
     scenario,
@@ -53,9 +52,9 @@ struct Game {
     /// Exercise whose briefing to open: a shipped one, MOD/EXERCISE or the path of a *.exercise.ron file [default: the title]
     #[arg(long)]
     exercise: Option<String>,
-    /// Case file to play that exercise on, in place of its own
-    #[arg(long, requires = "exercise", value_name = "FILE")]
-    case: Option<PathBuf>,
+    /// Case to play that exercise on, in place of its own: a shipped one or the path of a *.case.ron file
+    #[arg(long, requires = "exercise")]
+    case: Option<String>,
 }
 
 #[derive(Subcommand)]
@@ -127,24 +126,6 @@ fn quiet_log(app: &mut App) {
 fn library() -> Result<scenario::Library, Failure> {
     let mods = assets::mods_folder().map(|folder| scenario::Mods::find(&folder));
     Ok(scenario::Library::new(assets::find()?).with_mods(mods.unwrap_or_default()))
-}
-
-/// A case by the name of a shipped one or by the path of a file.
-fn load_case(name_or_path: &str) -> Result<Case, Failure> {
-    let path = Path::new(name_or_path);
-    let is_path = name_or_path.ends_with(scenario::CASE_SUFFIX) || path.components().count() > 1;
-    if is_path || path.is_file() {
-        return Ok(Case::load(path)?);
-    }
-    let shipped = assets::find()?.join("cases");
-    let file = shipped.join(format!("{name_or_path}{}", scenario::CASE_SUFFIX));
-    if file.is_file() {
-        return Ok(Case::load(&file)?);
-    }
-    Err(Failure::NoSuchCase {
-        name: name_or_path.into(),
-        shipped: library()?.case_names(),
-    })
 }
 
 /// The path of a case file that is to be written.

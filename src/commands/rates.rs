@@ -8,7 +8,7 @@ use resecta::{
 };
 use serde_json::{Value, json};
 
-use super::{Failure, load_case};
+use super::{Failure, library};
 
 /// Measure updates a second at alpha 7 to 11, beside the papers' and the error of the step
 #[derive(Args)]
@@ -23,7 +23,7 @@ pub struct Rates {
 
 impl Rates {
     pub fn run(self) -> Result<(), Failure> {
-        let case = load_case(&self.case)?;
+        let case = library()?.load_case(&self.case)?;
         let material = Material::preset(&case.material).ok_or_else(|| Failure::Material {
             case: self.case.clone(),
             material: case.material.clone(),

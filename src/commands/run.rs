@@ -42,9 +42,9 @@ const RECORD: &str = "run.resecta-run";
 pub struct Run {
     /// A shipped exercise (first_cuts), one of a mod (MOD/EXERCISE) or the path of a *.exercise.ron file
     exercise: String,
-    /// Case file to play it on, in place of its own
-    #[arg(long, value_name = "FILE")]
-    case: Option<PathBuf>,
+    /// Case to play it on, in place of its own: a shipped one or the path of a *.case.ron file
+    #[arg(long)]
+    case: Option<String>,
     #[command(flatten)]
     input: Input,
     /// Folder for the results; made if only it is missing, and files of an earlier run in it are replaced
@@ -116,9 +116,10 @@ impl Hands {
 impl Run {
     pub fn run(self) -> Result<(), Failure> {
         let begun = Instant::now();
-        let loaded = library()?.load(&self.exercise)?;
+        let library = library()?;
+        let loaded = library.load(&self.exercise)?;
         let loaded = match &self.case {
-            Some(case) => loaded.on_case(case)?,
+            Some(case) => loaded.on_case(case, library.load_case(case)?),
             None => loaded,
         };
         let prepared = loaded.clone().prepare()?;

@@ -73,7 +73,7 @@ use bevy::{
 use bevy_egui::EguiPlugin;
 use resecta_instrument::LiveInput;
 use resecta_records::{RecordError, RecorderPlugin};
-use resecta_scenario::{ExerciseError, Extensions, Library, LoadedExercise, RunLog};
+use resecta_scenario::{ExerciseError, Extensions, Library, LoadCaseError, LoadedExercise, RunLog};
 use thiserror::Error;
 
 use crate::{
@@ -97,8 +97,8 @@ pub use sound::{SoundDevice, SoundOutput};
 pub struct GameOptions {
     /// Name of a shipped exercise, `mod/exercise` or the path of an exercise file, to open its briefing; none to open the title.
     pub exercise: Option<String>,
-    /// A case file to play that exercise on, in place of its own.
-    pub case: Option<PathBuf>,
+    /// The case to play that exercise on, in place of its own: the name of a shipped one or the path of a file.
+    pub case: Option<String>,
     /// Images to outline, to open these; not together with an exercise.
     pub images: Option<Images>,
 }
@@ -118,6 +118,9 @@ pub enum GameError {
     /// The exercise is at fault.
     #[error(transparent)]
     Exercise(#[from] ExerciseError),
+    /// The case to play it on is.
+    #[error(transparent)]
+    Case(#[from] LoadCaseError),
     /// A record that is to be shown is at fault.
     #[error(transparent)]
     Record(#[from] RecordError),
@@ -274,7 +277,10 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
     };
     let chosen = options.exercise.map(|name| sources.library().load(&name));
     let chosen = match (chosen.transpose()?, options.case) {
-        (Some(loaded), Some(case)) => Some(loaded.on_case(&case)?),
+        (Some(loaded), Some(case)) => {
+            let on = sources.library().load_case(&case)?;
+            Some(loaded.on_case(&case, on))
+        }
         (chosen, _) => chosen,
     };
     let prepared = chosen.clone().map(|loaded| loaded.prepare()).transpose()?;

@@ -64,34 +64,42 @@ pub enum ExerciseError {
         rule: Box<RuleError>,
     },
     /// The case that the exercise names is bad itself.
-    #[error("{}: case: {source}", file.display())]
+    #[error("{}{}: case: {source}", file.display(), behind_colon(place))]
     Case {
         /// The exercise file.
         file: PathBuf,
+        /// Where the field stands in it; none where the file does not mention it.
+        place: Option<Place>,
         /// What is wrong with the case.
         source: Box<CaseError>,
     },
     /// The script that shows the exercise is bad itself.
-    #[error("{}: shown_by: {source}", file.display())]
+    #[error("{}{}: shown_by: {source}", file.display(), behind_colon(place))]
     Script {
         /// The exercise file.
         file: PathBuf,
+        /// Where the field stands in it; none where the file does not mention it.
+        place: Option<Place>,
         /// What is wrong with the script.
         source: Box<ScriptError>,
     },
     /// No lattice can be built from the case at the exercise's resolution.
-    #[error("{}: alpha_deg: {source}", file.display())]
+    #[error("{}{}: alpha_deg: {source}", file.display(), behind_colon(place))]
     Lattice {
         /// The exercise file.
         file: PathBuf,
+        /// Where the field stands in it; none where the file does not mention it.
+        place: Option<Place>,
         /// What the lattice builder says.
         source: LatticeError,
     },
     /// The lattice makes no tissue.
-    #[error("{}: models: {source}", file.display())]
+    #[error("{}{}: models: {source}", file.display(), behind_colon(place))]
     Tissue {
         /// The exercise file.
         file: PathBuf,
+        /// Where the field stands in it; none where the file does not mention it.
+        place: Option<Place>,
         /// What the solver says.
         source: MeshError,
     },
@@ -108,9 +116,24 @@ impl ExerciseError {
 
     /// The error with the place of its field in the text of the exercise file, where it has one and it is not known yet.
     pub(crate) fn placed(mut self, text: &str) -> Self {
-        if let Self::Rule { rule, .. } = &mut self {
-            rule.place = rule.place.or_else(|| place_of(text, &rule.field));
-        }
+        let (place, field) = match &mut self {
+            Self::Rule { rule, .. } => {
+                let RuleError { place, field, .. } = rule.as_mut();
+                (place, field.as_str())
+            }
+            Self::Case { place, .. } => (place, "case"),
+            Self::Script { place, .. } => (place, "shown_by"),
+            Self::Lattice { place, .. } => (place, "alpha_deg"),
+            Self::Tissue { place, .. } => (place, "models"),
+            Self::Read { .. }
+            | Self::Missing { .. }
+            | Self::Aside { .. }
+            | Self::Ambiguous { .. }
+            | Self::Syntax { .. } => {
+                return self;
+            }
+        };
+        *place = place.or_else(|| place_of(text, field));
         self
     }
 }

@@ -62,6 +62,7 @@ mod library;
 mod limits;
 pub mod metrics;
 pub mod mods;
+mod on_case;
 mod pars;
 mod parse;
 mod plugin;
@@ -104,6 +105,7 @@ pub use library::{CASE_SUFFIX, EXERCISE_SUFFIX, Library, LoadedExercise, MAX_FIL
 pub use limits::Limits;
 pub use metrics::{Better, MetricId, MetricInfo, Metrics};
 pub use mods::{Mod, ModAside, ModError, Mods};
+pub use on_case::LoadCaseError;
 pub use pars::{Medal, Pars};
 pub use plugin::{ScenarioPlugin, ScenarioSystems};
 pub use plugins::{CATCH_UP_S, FixedStepPlugin, ResectaPlugins, STEP_HZ};

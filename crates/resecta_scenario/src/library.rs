@@ -47,25 +47,6 @@ pub struct LoadedExercise {
     pub demonstration: Option<Demonstration>,
 }
 
-impl LoadedExercise {
-    /// The same exercise on another gland, by the path of its case file. It is an exercise of its own, `exercise_on_case`: runs on one
-    /// gland say little of runs on another.
-    ///
-    /// # Errors
-    /// [`ExerciseError::Case`] if the case has a fault.
-    pub fn on_case(mut self, case: &Path) -> Result<Self, ExerciseError> {
-        let loaded = Case::load(case).map_err(|source| ExerciseError::Case {
-            file: self.file.clone(),
-            source: source.into(),
-        })?;
-        self.name = format!("{}_on_{}", self.name, stem(case, CASE_SUFFIX));
-        self.exercise.title = format!("{}: {}", self.exercise.title, loaded.name);
-        self.exercise.case = case.display().to_string();
-        self.case = Arc::new(loaded);
-        Ok(self)
-    }
-}
-
 impl Library {
     /// The library in this folder.
     pub fn new(assets: impl Into<PathBuf>) -> Self {
@@ -301,17 +282,18 @@ impl Library {
                 Some(of) => self.case_of_mod(&exercise.case, file, of),
                 None => self.case_file(&exercise.case, file).map(|file| (file, None)),
             };
-            let case = found.map_err(&placed).and_then(|(case_file, owner)| {
+            let case = found.and_then(|(case_file, owner)| {
                 let case = match owner {
                     Some(owner) => owner.case(&case_file),
                     None => Case::load(&case_file).map(Arc::new),
                 };
                 case.map_err(|source| ExerciseError::Case {
                     file: file.into(),
+                    place: None,
                     source: source.into(),
                 })
             });
-            case.map_err(|error| faults.push(error)).ok()
+            case.map_err(|error| faults.push(placed(error))).ok()
         };
         let demonstration = self.demonstration(&exercise, file, of).map_err(placed);
         let demonstration = demonstration.unwrap_or_else(|error| {

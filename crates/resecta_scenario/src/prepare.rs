@@ -89,6 +89,7 @@ impl LoadedExercise {
         };
         let lattice = Lattice::build(&self.case, &options).map_err(|source| ExerciseError::Lattice {
             file: self.file.clone(),
+            place: None,
             source,
         })?;
 
@@ -132,6 +133,7 @@ impl LoadedExercise {
         let mesh = TissueMesh::from_lattice(&lattice, material.shear);
         let tissue = resecta_solver::Tissue::new(&mesh, &material).map_err(|source| ExerciseError::Tissue {
             file: self.file.clone(),
+            place: None,
             source,
         })?;
         let mut gland = Tissue::new(tissue);

@@ -61,6 +61,7 @@ impl Library {
         let script = InstrumentScript::load(&found, &InstrumentLimits::default());
         let script = script.map_err(|source| ExerciseError::Script {
             file: file.into(),
+            place: None,
             source: source.into(),
         })?;
         Ok(Some(Demonstration::Script(script)))

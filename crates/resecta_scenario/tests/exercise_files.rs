@@ -380,7 +380,7 @@ fn a_bad_case_names_both_files() {
     let folder = tempfile::tempdir().unwrap();
     let library = library(folder.path());
     let error = load_error(&library, GOOD, Path::new("mine.exercise.ron"));
-    assert!(error.starts_with("mine.exercise.ron: case: "), "{error}");
+    assert!(error.starts_with("mine.exercise.ron:4:11: case: "), "{error}");
     assert!(error.contains("medium.case.ron:1:"), "{error}");
 }
 

@@ -329,5 +329,6 @@ fn write(open: &mut Open) -> Result<std::path::PathBuf, String> {
 fn play(case: &Path) -> Result<resecta_scenario::LoadedExercise, String> {
     let assets = assets::find().map_err(|error| error.to_string())?;
     let loaded = Library::new(assets).load(EXERCISE).map_err(|error| error.to_string())?;
-    loaded.on_case(case).map_err(|error| error.to_string())
+    let on = Case::load(case).map_err(|error| error.to_string())?;
+    Ok(loaded.on_case(&case.display().to_string(), on))
 }
