@@ -112,7 +112,11 @@ pub fn page(report: &Report, log: &RunLog, map: &CutMap, advice: &[&str], pictur
 
 fn head(html: &mut String, report: &Report) -> std::fmt::Result {
     let ended = report.run.ended.map_or("it still runs", |reason| reason.words());
-    let medal = report.score.medal.map_or("no medal", medal);
+    let medal = match (report.score.medal, report.score.harm) {
+        (Some(earned), _) => medal(earned),
+        (None, Some(_)) => "no medal after such harm",
+        (None, None) => "no medal",
+    };
     writeln!(
         html,
         "<p><strong>{:.1} of {:.0} points</strong>, {medal}. {:.1} s; it ended because {ended}.<br><small>{}</small></p>",

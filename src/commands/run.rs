@@ -26,7 +26,7 @@ use resecta::{
 };
 
 use super::{
-    Failure, files, library, quiet_log,
+    Failure, files, library, quiet_log, score,
     timing::{Stopwatch, Timing},
 };
 
@@ -353,10 +353,7 @@ fn summary(report: &Report, ended: EndReason, timing: &Timing, out: &Path) {
             part.out_of
         );
     }
-    println!(
-        "{:<28}{:>9.2} of {:>5.1} points",
-        "Total", report.score.total, report.score.out_of
-    );
+    println!("{}", score::total(&report.score));
     println!(
         "results in {} ({:.1} s, {:.1} times real time)",
         out.display(),

@@ -84,11 +84,18 @@ fn print(card: &ScoreCard) {
         let name = part.part.name();
         println!("{name:<28}{:>9.2} of {:>5.1} points", part.points, part.out_of);
     }
-    println!(
-        "{:<28}{:>9.2} of {:>5.1} points{}",
-        "Total",
-        card.total,
-        card.out_of,
-        medal(card.medal)
-    );
+    println!("{}", total(card));
+}
+
+/// The line of the total, with its medal or the harm that it earns none for.
+pub(super) fn total(card: &ScoreCard) -> String {
+    let medal = match (card.medal, card.harm) {
+        (Some(medal), _) => format!("   {}", medal.name()),
+        (None, Some(harm)) => format!("   no medal: {}", harm.words()),
+        (None, None) => String::new(),
+    };
+    format!(
+        "{:<28}{:>9.2} of {:>5.1} points{medal}",
+        "Total", card.total, card.out_of
+    )
 }

@@ -4,7 +4,7 @@
 
 use std::fmt;
 
-use resecta_scenario::{Curriculum, Medal, Needs};
+use resecta_scenario::{Curriculum, EndReason, Medal, Needs};
 
 use super::{
     catalogue::{Catalogue, Entry},
@@ -60,7 +60,8 @@ impl Catalogue {
         let entry = self.get(exercise);
         let pars = entry.and_then(|entry| entry.loaded.exercise.total_pars.as_ref());
         let medals = history.of_exercise(exercise).filter_map(|run| {
-            let by_today = pars.and_then(|pars| pars.medal(run.score));
+            let was_harm = run.ended.is_some_and(EndReason::is_harm);
+            let by_today = pars.filter(|_| !was_harm).and_then(|pars| pars.medal(run.score));
             run.medal.max(by_today)
         });
         medals.max()

@@ -39,6 +39,10 @@ const ADVICE: &[(MetricId, &str)] = &[
         "You went past the adenoma: where granular tissue gives way to fibres, stop.",
     ),
     (
+        MetricId::UnmarkedShare,
+        "You cut much beside the dye: sink the loop in no deeper than the dyed layer, and lay strokes where it is left.",
+    ),
+    (
         MetricId::HealthyRemoved,
         "You took healthy tissue: keep to the adenoma, and stay above the verumontanum.",
     ),

@@ -6,13 +6,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    errors::RuleError,
-    exercise::Models,
-    metrics::{MetricId, Metrics},
-    rules::Faults,
-    state::EndReason,
-};
+use crate::{errors::RuleError, exercise::Models, metrics::MetricId, rules::Faults, state::EndReason};
 
 /// What ends a run early. Those left out never do.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -68,9 +62,9 @@ impl Limits {
         limits.into_iter().filter_map(set)
     }
 
-    /// Why the run is over, if a limit is reached.
-    pub(crate) fn reached(&self, metrics: &Metrics) -> Option<EndReason> {
-        let is_reached = |(metric, limit, _): &(MetricId, f64, EndReason)| metrics.value(*metric) >= *limit;
+    /// Why the run is over, if a limit is reached where each metric has the value that `value` tells.
+    pub(crate) fn reached(&self, value: impl Fn(MetricId) -> f64) -> Option<EndReason> {
+        let is_reached = |(metric, limit, _): &(MetricId, f64, EndReason)| value(*metric) >= *limit;
         self.set().find(is_reached).map(|(_, _, reason)| reason)
     }
 

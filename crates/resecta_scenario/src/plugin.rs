@@ -333,7 +333,7 @@ fn judge(
     let input_over = playbacks.get(active.instrument).is_ok_and(|playback| playback.over);
     let reason = if card.goals_reached() {
         EndReason::GoalsReached
-    } else if let Some(reason) = active.exercise.limits.reached(&metrics) {
+    } else if let Some(reason) = active.exercise.limits.reached(|metric| metrics.value(metric)) {
         reason
     } else if input_over {
         EndReason::InputEnded

@@ -7,6 +7,7 @@ use crate::{
     exercise::{Condition, Exercise, Goal, Part, ScoreRule},
     metrics::{MetricId, Metrics},
     pars::{Medal, Pars},
+    state::EndReason,
 };
 
 /// The score and the goals as they stand; recomputed every step of a run.
@@ -24,9 +25,12 @@ pub struct ScoreCard {
     /// What total earns bronze, silver and gold, where the exercise says so.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pars: Option<Pars>,
-    /// The best that the total earns of them.
+    /// The best that the total earns of them; none where harm reached a limit of the exercise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub medal: Option<Medal>,
+    /// The harm for which no medal is earned.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub harm: Option<EndReason>,
     /// One entry a goal, in the order of the exercise.
     pub goals: Vec<GoalState>,
 }
@@ -100,13 +104,16 @@ impl ScoreCard {
     pub fn of_values(exercise: &Exercise, value: impl Fn(MetricId) -> f64 + Copy) -> Self {
         let lines: Vec<ScoreLine> = exercise.scoring.iter().map(|rule| rule.line(value)).collect();
         let total = lines.iter().map(|line| line.points).sum();
+        let harm = exercise.limits.reached(value).filter(|reason| reason.is_harm());
+        let earned = exercise.total_pars.as_ref().and_then(|pars| pars.medal(total));
         Self {
             total,
             parts: Part::ALL
                 .into_iter()
                 .filter_map(|part| PartScore::of(part, &lines))
                 .collect(),
-            medal: exercise.total_pars.as_ref().and_then(|pars| pars.medal(total)),
+            medal: earned.filter(|_| harm.is_none()),
+            harm,
             pars: exercise.total_pars.clone(),
             out_of: lines.iter().map(|line| line.out_of).sum(),
             goals: (exercise.goals.iter())

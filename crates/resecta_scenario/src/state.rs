@@ -40,6 +40,14 @@ pub enum EndReason {
 }
 
 impl EndReason {
+    /// Whether it was ended for harm to the patient: no medal is earned then.
+    pub const fn is_harm(self) -> bool {
+        match self {
+            EndReason::Perforated | EndReason::SphincterInjured | EndReason::BloodLost | EndReason::Absorbed => true,
+            EndReason::GoalsReached | EndReason::TimeUp | EndReason::InputEnded | EndReason::Player => false,
+        }
+    }
+
     /// Why the run ended, as the end of a sentence that begins with the time.
     pub const fn words(self) -> &'static str {
         match self {

@@ -97,6 +97,10 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
             .map_or(String::new(), |medal| format!("   Total: {}", medal.name()));
         ui.label(RichText::new(parts.join("   ") + &medal).strong());
     }
+    if let Some(harm) = card.harm {
+        let note = format!("No medal for the total: {}.", harm.words());
+        ui.label(RichText::new(note).size(14.0).color(palette::CAREFUL));
+    }
     for goal in &card.goals {
         let (sign, colour) = if goal.reached {
             ("✔", palette::GOOD)

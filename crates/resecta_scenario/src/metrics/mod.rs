@@ -81,6 +81,7 @@ impl Metrics {
             MetricId::AdenomaRemovedShare => removal.adenoma_share(),
             MetricId::MarkedRemoved => removal.marked_mm3,
             MetricId::MarkedRemovedShare => removal.marked_share(),
+            MetricId::UnmarkedShare => removal.unmarked_share(),
             MetricId::HealthyRemoved => removal.healthy_mm3(),
             MetricId::CapsuleTouches => f64::from(capsule.touches),
             MetricId::CapsuleTouchTime => capsule.time_s,

@@ -77,6 +77,11 @@ impl Removal {
     pub fn marked_share(&self) -> f64 {
         share(self.marked_mm3, self.marked_total_mm3)
     }
+
+    /// Share of all that was removed that was not marked, 0 to 1; 0 before anything was.
+    pub fn unmarked_share(&self) -> f64 {
+        share(self.volume_mm3 - self.marked_mm3, self.volume_mm3)
+    }
 }
 
 fn sum_of_zones(volumes: &[f64; Zone::COUNT], of: impl Fn(Zone) -> bool) -> f64 {

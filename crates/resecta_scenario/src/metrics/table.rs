@@ -86,6 +86,8 @@ metrics! {
     MarkedRemoved = "marked_removed_mm3", "Marked volume removed", "mm3", More;
     /// Removed share of the marked region.
     MarkedRemovedShare = "marked_removed_share", "Marked tissue removed", "1", More;
+    /// Share of all that was removed that was not marked; 0 before anything was.
+    UnmarkedShare = "unmarked_share", "Cut beside the mark", "1", Less;
     /// Volume removed that is no adenoma.
     HealthyRemoved = "healthy_removed_mm3", "Healthy tissue removed", "mm3", Less;
     /// Separate times that the loop met the capsule with current on: touching or cutting it, at least 0.25 s apart.

@@ -62,6 +62,7 @@ fn only_marked_tissue_counts_as_marked_and_all_of_it_is_a_share_of_one() {
     bench.step(1);
     assert_near(bench.value(MetricId::MarkedRemoved), 10.0 * VOLUME);
     assert_near(bench.value(MetricId::MarkedRemovedShare), 0.25);
+    assert_near(bench.value(MetricId::UnmarkedShare), 0.5);
     bench.resect(0..30);
     bench.step(1);
     assert_eq!(bench.value(MetricId::MarkedRemovedShare), 1.0);
