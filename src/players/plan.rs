@@ -22,7 +22,7 @@ pub struct Manner {
     pub above_verumontanum_mm: [f64; SECTORS.len()],
     /// How near to the capsule, as the game tells it, the wire is when the foot leaves the pedal; none where nobody minds.
     pub lets_go_at_capsule_mm: Option<f32>,
-    /// Whether strokes keep to the heights and the depth that the exercise marks.
+    /// Whether strokes keep to the heights and the depth that the exercise marks, and to exercises that ask for tissue.
     pub keeps_to_marks: bool,
     /// How many sectors of the gland are operated, of four: the front comes last.
     pub sectors: usize,

@@ -33,13 +33,17 @@ const MOVED_MM: f32 = 8.0;
 /// How far above the verumontanum a bleeder has to be for whoever operates on the gland to close it: heat spreads, and below
 /// lies the sphincter, mm.
 const SPARED_MM: f64 = 1.0;
-/// A view below this is lost: nobody careful cuts then, and whoever closes bleeders looks for one that they do not see.
+/// A view below this is poor: whoever closes bleeders looks for one that they do not see. Below the second nobody careful cuts.
 const CLEAR: f64 = 0.5;
-/// How long water is given to clear after every search, s, and how many searches may find nothing before the operation goes on.
+const DIM: f64 = 0.35;
+/// How long water is given to clear after every search, s, and how many searches may find nothing before the operation goes on,
+/// without another until the view was clear again or the next sector begins: what was not found twice is not found after every stroke.
 const WAIT_S: f32 = 10.0;
-const SEARCHES: u32 = 3;
+const SEARCHES: u32 = 2;
 /// Strokes whose beds the first search goes along; every further one goes along three times as many.
 const SEARCHED_STROKES: usize = 3;
+/// The search, counted from the first, that whoever has nothing else to do begins with.
+const WIDEST_SEARCH: u32 = 3;
 /// Distance between places that a search looks at, mm.
 const SEARCH_STEP_MM: usize = 7;
 /// Pressure at which the inflow is shut, and at which it is opened again, cmH2O: absorption begins at 20.
@@ -78,7 +82,7 @@ enum Doing {
 #[derive(Component, Debug, Clone)]
 pub(crate) struct Play {
     manner: Manner,
-    /// Whether the exercise asks for tissue: else the strokes are only where it looks for bleeders.
+    /// Whether it cuts: else the strokes are only where it looks for bleeders.
     cuts: bool,
     strokes: Vec<(usize, Stroke)>,
     next: usize,
@@ -89,7 +93,7 @@ pub(crate) struct Play {
     tried: Vec<Vec3>,
     /// Bleeders below this are left alone, z in mm.
     spared_below: f32,
-    /// Searches since the last bleeder or stroke.
+    /// Searches in vain: since the last bleeder was found, the view was clear after a stroke, or a sector was begun.
     searches: u32,
     steps_without_tissue: u32,
     is_inflow_shut: bool,
@@ -105,7 +109,8 @@ impl Play {
             (Some(first), Some(last)) if case.slices.len() > 1 => first.z as i32..last.z as i32 + 1,
             _ => 0..0,
         };
-        let cuts = exercise.asks_for_tissue();
+        // Whoever minds no marks cuts whatever is asked for.
+        let cuts = exercise.asks_for_tissue() || !manner.keeps_to_marks;
         let strokes = strokes(case, &exercise.marked, &manner);
         let middle = |z: i32| outlines.centre(z.into()).extend(z.into());
         Self {
@@ -203,11 +208,13 @@ impl Play {
                 let Some((place, outwards, _)) = self.way_point(at).filter(|_| at < length) else {
                     let sector = self.strokes.get(self.next).map(|(sector, _)| *sector);
                     self.next += 1;
-                    self.searches = 0;
                     if self.next == self.strokes.len() && self.rounds > 1 {
                         (self.next, self.rounds) = (0, self.rounds - 1);
                     }
                     let following = self.strokes.get(self.next).map(|(sector, _)| *sector);
+                    if sector != following || senses.visibility() >= CLEAR {
+                        self.searches = 0;
+                    }
                     self.doing = match manner.minds_water && sector != following {
                         true => Doing::Flush(FLUSH_S),
                         false => Doing::Look(0.0),
@@ -339,14 +346,16 @@ impl Play {
         }
         if !self.cuts {
             // Wherever something was cut, again and again: the exercise ends when nothing bleeds.
-            self.searches = SEARCHES;
+            self.searches = WIDEST_SEARCH;
             return Doing::Search(0);
         }
-        if manner.minds_water && senses.visibility() < CLEAR {
+        let searches_on = self.searches < SEARCHES;
+        let wanted = if searches_on { CLEAR } else { DIM };
+        if manner.minds_water && senses.visibility() < wanted {
             if self.searches > 0 && waited_s < WAIT_S {
                 return Doing::Look(waited_s + step_s);
             }
-            if self.searches < SEARCHES {
+            if searches_on {
                 self.searches += 1;
                 return Doing::Search(0);
             }
