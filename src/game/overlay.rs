@@ -244,15 +244,6 @@ fn briefing(
             }
             let time = clock(exercise.limits.time_s);
             ui.label(format!("• within {time} min, or until you end it: Esc, \"{END}\""));
-            for (metric, limit, _) in exercise
-                .limits
-                .set()
-                .filter(|(metric, ..)| *metric != MetricId::Elapsed)
-            {
-                let limit = debrief::value(metric, limit);
-                let title = metric.info().title.to_lowercase();
-                ui.label(format!("• the run ends at {limit}: {title}"));
-            }
             ui.add_space(4.0);
             menu::caption(ui, "To look at");
             if active.dyed().is_some() {
@@ -279,6 +270,15 @@ fn briefing(
                         ui.end_row();
                     }
                 });
+            let harm: Vec<_> = exercise.limits.set().filter(|(.., reason)| reason.is_harm()).collect();
+            if !harm.is_empty() {
+                ui.add_space(4.0);
+                menu::caption(ui, "Ends the run, without a medal");
+            }
+            for (metric, limit, _) in harm {
+                let limit = debrief::value(metric, limit);
+                ui.label(format!("• {}: {limit}", metric.info().title));
+            }
         });
     });
     ui.separator();

@@ -9,7 +9,7 @@ use bevy::{
 };
 use resecta_instrument::{InstrumentPlayback, InstrumentState};
 use resecta_scenario::{
-    ActiveExercise, CapsulePerforated, EndReason, Exercise, Limits, Medal, MetricId, Metrics, Part, RunState,
+    ActiveExercise, CapsulePerforated, EndReason, Exercise, Limits, Medal, MetricId, Metrics, Pars, Part, RunState,
     ScenarioPlugin, ScoreCard, Trace,
 };
 use resecta_solver::NodeKind;
@@ -306,7 +306,7 @@ fn the_run_ends_when_time_is_up() {
 }
 
 #[test]
-fn the_run_ends_when_a_limit_is_reached_and_says_which() {
+fn the_run_ends_without_a_medal_when_a_limit_of_harm_is_reached_and_says_which() {
     let limits = Limits::of_time(20.0);
     let capsule = Limits {
         capsule_cut_share: Some(0.1),
@@ -345,13 +345,25 @@ fn the_run_ends_when_a_limit_is_reached_and_says_which() {
     ];
     for (limits, harm, reason) in harms {
         let mut bench = Bench::new();
-        bench.app.world_mut().resource_mut::<ActiveExercise>().exercise.limits = limits;
+        let exercise = &mut bench.app.world_mut().resource_mut::<ActiveExercise>().exercise;
+        exercise.limits = limits;
+        // Any total earns gold.
+        exercise.total_pars = Some(Pars {
+            bronze: -3.0,
+            silver: -2.0,
+            gold: -1.0,
+            basis: "Test.".into(),
+        });
         harm(&mut bench.app.world_mut().resource_mut::<Metrics>(), 0.9);
         bench.step(1);
         assert_eq!(bench.run_state(), RunState::Running, "{reason:?}");
+        let card = bench.app.world().resource::<ScoreCard>();
+        assert_eq!((card.medal, card.harm), (Some(Medal::Gold), None), "{reason:?}");
         harm(&mut bench.app.world_mut().resource_mut::<Metrics>(), 1.01);
         bench.step(1);
         assert_eq!(bench.run_state(), RunState::Ended(reason));
+        let card = bench.app.world().resource::<ScoreCard>();
+        assert_eq!((card.medal, card.harm), (None, Some(reason)));
     }
 }
 
