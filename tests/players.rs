@@ -103,7 +103,7 @@ fn the_score_tells_the_careful_from_the_careless_in_every_part() {
         MetricId::CapsuleCutShare,
         MetricId::CurrentWithoutContact,
         MetricId::BlindTime,
-        MetricId::BloodLost,
+        MetricId::BloodInAll,
     ] {
         let (ours, theirs) = (value(&careful, less_is_expert), value(&careless, less_is_expert));
         assert!(ours < theirs, "{less_is_expert}: careful {ours}, careless {theirs}");

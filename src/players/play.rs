@@ -44,6 +44,10 @@ const SEARCHES: u32 = 2;
 const SEARCHED_STROKES: usize = 3;
 /// The search, counted from the first, that whoever has nothing else to do begins with.
 const WIDEST_SEARCH: u32 = 3;
+/// The view in which nothing can bleed, and beds that are looked at once more where it is not that clear when all is cut: who leaves
+/// a vessel open has not finished.
+const SPOTLESS: f64 = 0.99;
+const LAST_LOOK_STROKES: usize = 40;
 /// Distance between places that a search looks at, mm.
 const SEARCH_STEP_MM: usize = 7;
 /// Pressure at which the inflow is shut, and at which it is opened again, cmH2O: absorption begins at 20.
@@ -95,6 +99,8 @@ pub(crate) struct Play {
     spared_below: f32,
     /// Searches in vain: since the last bleeder was found, the view was clear after a stroke, or a sector was begun.
     searches: u32,
+    /// When all is cut, the place that the last look about has come to.
+    last_look: Option<usize>,
     steps_without_tissue: u32,
     is_inflow_shut: bool,
     /// Middles of the urethra by height, 1 mm apart.
@@ -127,6 +133,7 @@ impl Play {
                 .filter(|_| cuts)
                 .map_or(f32::NEG_INFINITY, |verumontanum| (verumontanum.z + SPARED_MM) as f32),
             searches: 0,
+            last_look: None,
             steps_without_tissue: 0,
             is_inflow_shut: false,
             middles: heights.map(middle).collect(),
@@ -249,6 +256,7 @@ impl Play {
             Doing::Search(behind) => match self.searched_place(behind) {
                 Some((place, outwards)) => {
                     let to = hold(scope, now, place - outwards * LIFT_MM, outwards, PRESS_STROKE_MM);
+                    self.last_look = self.last_look.map(|_| behind);
                     self.doing = match self.nearest_bleeder(scope.tip(now), senses) {
                         Some(bleeder) => self.seek(bleeder),
                         None if is_at(scope, now, &to) => Doing::Search(behind + 1),
@@ -261,6 +269,7 @@ impl Play {
                         // Nothing else is to be done: what was tried in vain is tried again.
                         self.tried.clear();
                     }
+                    self.last_look = self.last_look.map(|_| behind);
                     self.doing = Doing::Look(0.0);
                     released
                 }
@@ -349,6 +358,15 @@ impl Play {
             self.searches = WIDEST_SEARCH;
             return Doing::Search(0);
         }
+        if manner.coagulates && self.next == self.strokes.len() {
+            let is_due = self.last_look.is_some() || senses.visibility() < SPOTLESS;
+            let behind = self.last_look.unwrap_or(0);
+            if is_due {
+                self.last_look = Some(behind);
+            }
+            let goes_on = is_due && self.searched_place(behind).is_some();
+            return if goes_on { Doing::Search(behind) } else { Doing::Reach };
+        }
         let searches_on = self.searches < SEARCHES;
         let wanted = if searches_on { CLEAR } else { DIM };
         if manner.minds_water && senses.visibility() < wanted {
@@ -381,10 +399,13 @@ impl Play {
     }
 
     /// The place that a search looks at after so many others, and which way it is out: along the beds of the strokes before
-    /// this one, the last first.
+    /// this one, the last first; in the end along beds of all of them, evenly chosen.
     fn searched_place(&self, behind: usize) -> Option<(Vec3, Vec3)> {
-        let strokes = SEARCHED_STROKES * 3_usize.pow(self.searches.saturating_sub(1));
-        let last = self.strokes[..self.next].iter().rev().take(strokes);
+        let (strokes, every) = match self.last_look {
+            Some(_) => (self.next, self.next.div_ceil(LAST_LOOK_STROKES).max(1)),
+            None => (SEARCHED_STROKES * 3_usize.pow(self.searches.saturating_sub(1)), 1),
+        };
+        let last = self.strokes[..self.next].iter().rev().take(strokes).step_by(every);
         let mut places = last.flat_map(|(_, stroke)| {
             let outwards = towards(stroke.hour).extend(0.0).as_vec3();
             let along = stroke.way.iter().rev().step_by(SEARCH_STEP_MM);

@@ -110,6 +110,23 @@ pub struct OpenVessel<'a> {
     pub share: f64,
 }
 
+impl OpenVessel<'_> {
+    /// What it would go on to lose against no pressure, on the mean of beats, if nobody closes it, ml: the integral of
+    /// r exp(-t / τ) until its clot does. Infinite for one that never clots.
+    pub fn to_come_ml(&self) -> f64 {
+        let Vessel {
+            rate_ml_per_s,
+            clotting_s,
+            ..
+        } = *self.vessel;
+        // Infinity times nothing would be no number.
+        match rate_ml_per_s {
+            0.0 => 0.0,
+            rate => rate * clotting_s * (self.share - LEAST_SHARE).max(0.0),
+        }
+    }
+}
+
 /// Why a vessel closed.
 #[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ClosedBy {

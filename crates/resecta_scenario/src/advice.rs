@@ -99,6 +99,10 @@ const ADVICE: &[(MetricId, &str)] = &[
         "Stop a vessel when it opens: touch it with the loop under the coagulating current before the next stroke.",
     ),
     (
+        MetricId::BloodInAll,
+        "Stop a vessel when it opens, and look for what still bleeds before you end: a vessel that is left open goes on.",
+    ),
+    (
         MetricId::Irrigated,
         "Use less water: a clear view does not get clearer with the tap wide open.",
     ),

@@ -199,6 +199,8 @@ fn observe_water(
     let [blood_ml, irrigated_ml, absorbed_ml] =
         std::array::from_fn(|n| if now[n] < before[n] { now[n] } else { now[n] - before[n] });
     *before = now;
+    let open = vessels.get(active.tissue).ok().into_iter().flat_map(Vessels::open);
+    let (bleeders, to_come_ml) = open.fold((0, 0.0), |(count, sum), vessel| (count + 1, sum + vessel.to_come_ml()));
     let clear = 1.0 - red_outs.get(active.instrument).map_or(0.0, |red_out| red_out.covered);
     step.water = WaterStep {
         blood_ml,
@@ -207,7 +209,9 @@ fn observe_water(
         bladder_ml,
         pressure_cmh2o,
         visibility: clear * turbidity.map_or(1.0, |turbidity| turbidity.visibility()),
-        bleeders: vessels.get(active.tissue).map_or(0, |vessels| vessels.open().count()),
+        bleeders,
+        // Metrics are finite, a vessel that never clots is not.
+        to_come_ml: to_come_ml.min(f64::MAX),
     };
 }
 

@@ -51,6 +51,11 @@ fn a_cut_artery_bleeds_clouds_the_water_and_is_counted_until_another_exercise_be
     let lost = app.world().resource::<Circulation>().blood_loss_ml();
     assert!(lost > 0.5, "{lost} ml");
     assert!((value(app, MetricId::BloodLost) - lost).abs() < 1e-9);
+    // What still bleeds counts as lost in all, as long as it is open.
+    let vessels = app.world().get::<Vessels>(tissue).unwrap();
+    let to_come: f64 = vessels.open().map(|vessel| vessel.to_come_ml()).sum();
+    assert!(to_come > 10.0, "{to_come} ml");
+    assert!((value(app, MetricId::BloodInAll) - lost - to_come).abs() < 1e-9);
     assert!(app.world().resource::<Turbidity>().visibility() < 1.0);
     // The lens is where the telescope is.
     let state = *app.world().get::<InstrumentState>(instrument).unwrap();

@@ -25,9 +25,12 @@ pub fn show(
     ui.horizontal_top(|ui| {
         menu::part(ui, [width * 0.66, ui.available_height()], |ui| {
             lines(ui, card);
+            if let Some(note) = left_open(card, metrics) {
+                ui.label(RichText::new(note).size(14.0).color(palette::CAREFUL));
+            }
             ui.add_space(6.0);
             let note = "Points follow the formula that the exercise file states; medals are told beside it and earn no \
-                            points. Point at a line for its formula and where its values come from.";
+                            points. Point at a line for what it measures, its formula and where its values come from.";
             ui.label(RichText::new(note).size(12.5).color(palette::WEAK));
             views(ui, moments);
         });
@@ -69,7 +72,7 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
             }
             ui.end_row();
             for line in &card.lines {
-                let mut basis = format!("{}\n{}", line.formula, line.basis);
+                let mut basis = format!("{}\n{}\n{}", line.metric.info().doc, line.formula, line.basis);
                 if let Some(pars) = &line.pars {
                     basis.push_str(&format!("\nBronze, silver, gold: {}", pars.basis));
                 }
@@ -109,6 +112,14 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
         };
         ui.label(RichText::new(format!("{sign} {}", goal.goal)).color(colour));
     }
+}
+
+/// How much of the blood that is scored is still to come, where it is: nobody sees it in the curve of what was lost.
+fn left_open(card: &ScoreCard, metrics: &Metrics) -> Option<String> {
+    let is_scored = card.lines.iter().any(|line| line.metric == MetricId::BloodInAll);
+    let to_come_ml = metrics.water.to_come_ml;
+    (is_scored && to_come_ml >= 0.5)
+        .then(|| format!("{to_come_ml:.0} ml of the blood is still to come, from vessels that were left open."))
 }
 
 /// For everything that lines wait for, a sentence that says which: they show good values and no points.

@@ -81,6 +81,36 @@ fn an_artery_clots_as_its_exponential_and_is_closed_at_a_hundredth() {
 }
 
 #[test]
+fn what_is_lost_and_what_is_to_come_are_all_a_vessel_yields_at_any_time() {
+    let mut app = open_field();
+    app.world_mut().resource_mut::<Circulation>().settings.pulsatility = 0.0;
+    let mut clotting = vessels(&[(Arterial, 0.05), (Venous, 0.02)]);
+    clotting[0].clotting_s = 20.0;
+    clotting[1].clotting_s = 3.0;
+    let all: f64 = clotting.iter().map(Vessel::yield_ml).sum();
+    let entity = spawn_cut(&mut app, clotting);
+    for _ in 0..12 {
+        run(&mut app, 10.0, AT_60_HZ);
+        let vessels = app.world().get::<Vessels>(entity).unwrap();
+        let to_come: f64 = vessels.open().map(|vessel| vessel.to_come_ml()).sum();
+        assert_near(lost(&app, Arterial) + lost(&app, Venous) + to_come, all, 1e-12);
+    }
+    assert_eq!(app.world().get::<Vessels>(entity).unwrap().open().count(), 0);
+}
+
+#[test]
+fn without_an_end_comes_of_what_never_clots_and_nothing_of_what_has_no_rate() {
+    let mut app = open_field();
+    let mut endless = vessels(&[(Arterial, 0.05), (Arterial, 0.0)]);
+    endless.iter_mut().for_each(|vessel| vessel.clotting_s = f64::INFINITY);
+    let entity = spawn_cut(&mut app, endless);
+    run(&mut app, 1.0, AT_60_HZ);
+    let vessels = app.world().get::<Vessels>(entity).unwrap();
+    let to_come: Vec<f64> = vessels.open().map(|vessel| vessel.to_come_ml()).collect();
+    assert_eq!(to_come, [f64::INFINITY, 0.0]);
+}
+
+#[test]
 fn a_vein_loses_less_the_fuller_the_bladder_and_stops() {
     // A closed bladder of a given pressure, too wide to change it.
     for (pressure, share) in [(0.0, 1.0), (5.0, 2.0 / 3.0), (12.0, 0.2), (15.0, 0.0), (19.0, 0.0)] {

@@ -97,6 +97,7 @@ impl Metrics {
             MetricId::RemovalRate => ratio(removal.mass_g(), self.elapsed_s() / 60.0),
             MetricId::LargestContactDepth => motion.largest_depth_mm,
             MetricId::BloodLost => water.blood_ml,
+            MetricId::BloodInAll => water.blood_ml + water.to_come_ml,
             MetricId::Irrigated => water.irrigated_ml,
             MetricId::IrrigatedPerGram => ratio(water.irrigated_ml, removal.mass_g()),
             MetricId::Absorbed => water.absorbed_ml,

@@ -120,6 +120,9 @@ metrics! {
     LargestContactDepth = "largest_contact_depth_mm", "Largest contact depth", "mm", Less;
     /// Blood lost through opened vessels; 0 where the exercise has none.
     BloodLost = "blood_lost_ml", "Blood lost", "ml", Less;
+    /// Blood lost, and what vessels that are left open would go on to lose against no pressure until their clots close them: it
+    /// does not stop with the run.
+    BloodInAll = "blood_in_all_ml", "Blood in all", "ml", Less;
     /// Irrigant that came from the bag.
     Irrigated = "irrigated_ml", "Irrigant used", "ml", Less;
     /// Irrigant that came from the bag for each gram removed; 0 before anything was.

@@ -12,6 +12,8 @@ const BLIND: f64 = 0.3;
 pub struct BloodAndWater {
     /// Blood lost, ml.
     pub blood_ml: f64,
+    /// What vessels that are open now would go on to lose, ml.
+    pub to_come_ml: f64,
     /// Irrigant from the bag, ml.
     pub irrigated_ml: f64,
     /// Irrigant absorbed through opened veins, ml.
@@ -24,6 +26,7 @@ impl BloodAndWater {
     /// Takes one step into account.
     pub fn observe(&mut self, step: &StepObservation) {
         self.blood_ml += step.water.blood_ml;
+        self.to_come_ml = step.water.to_come_ml;
         self.irrigated_ml += step.water.irrigated_ml;
         self.absorbed_ml += step.water.absorbed_ml;
         if step.water.visibility < BLIND {
@@ -49,6 +52,8 @@ pub struct WaterStep {
     pub visibility: f64,
     /// Vessels that bleed.
     pub bleeders: usize,
+    /// What they would go on to lose until their clots close them, ml.
+    pub to_come_ml: f64,
 }
 
 impl Default for WaterStep {
@@ -62,6 +67,7 @@ impl Default for WaterStep {
             pressure_cmh2o: 0.0,
             visibility: 1.0,
             bleeders: 0,
+            to_come_ml: 0.0,
         }
     }
 }
