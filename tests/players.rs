@@ -85,9 +85,7 @@ fn the_careful_cut_only_while_the_loop_is_off_the_capsule() {
     );
 }
 
-/// Minutes of simulation: for when score, players or tissue change.
 #[test]
-#[ignore = "plays two operations, some minutes"]
 fn the_score_tells_the_careful_from_the_careless_in_every_part() {
     let [careful, careless] = [Player::Careful, Player::Careless].map(|player| play(shortened(600.0, 0.3), player));
     for part in Part::ALL {

@@ -406,10 +406,16 @@ impl Play {
             None => (SEARCHED_STROKES * 3_usize.pow(self.searches.saturating_sub(1)), 1),
         };
         let last = self.strokes[..self.next].iter().rev().take(strokes).step_by(every);
-        let mut places = last.flat_map(|(_, stroke)| {
+        let mut places = last.enumerate().flat_map(|(number, (_, stroke))| {
             let outwards = towards(stroke.hour).extend(0.0).as_vec3();
-            let along = stroke.way.iter().rev().step_by(SEARCH_STEP_MM);
-            along.map(move |place| (place.as_vec3(), outwards))
+            let mut along: Vec<Vec3> = (stroke.way.iter().rev().step_by(SEARCH_STEP_MM))
+                .map(|place| place.as_vec3())
+                .collect();
+            // Up one bed and down the next is half the way.
+            if self.last_look.is_some() && number % 2 == 1 {
+                along.reverse();
+            }
+            along.into_iter().map(move |place| (place, outwards))
         });
         places.nth(behind)
     }
