@@ -1,4 +1,4 @@
-//! The panel at the right: what to do, how it stands, how the simulation does.
+//! The panel at the right: what to do, how it stands, and, for whoever asks in the settings, how the simulation does.
 
 use bevy::prelude::*;
 use bevy_egui::{
@@ -15,6 +15,7 @@ use super::{
     menu::MenuSystems,
     pace::Pace,
     palette::{self, BAD, CAREFUL, GOOD},
+    settings::KeptSettings,
 };
 
 /// Width, logical pixels.
@@ -31,7 +32,7 @@ fn show(
     card: Res<ScoreCard>,
     diagnostics: Res<TissueDiagnostics>,
     (bladder, irrigation, turbidity): (Option<Res<Bladder>>, Option<Res<Irrigation>>, Option<Res<Turbidity>>),
-    pace: Res<Pace>,
+    (pace, kept): (Res<Pace>, Res<KeptSettings>),
     instruments: Query<&InstrumentState>,
     flow: Res<GameFlow>,
 ) -> Result {
@@ -77,8 +78,13 @@ fn show(
                     water(ui, bladder, irrigation.as_deref(), turbidity.as_deref(), &metrics);
                     ui.separator();
                 }
-                simulation(ui, &diagnostics, &pace);
-                ui.separator();
+                if kept.shows_speed {
+                    simulation(ui, &diagnostics, &pace);
+                    ui.separator();
+                } else if pace.is_slow() {
+                    table(ui, "simulation", [slower(&pace)]);
+                    ui.separator();
+                }
                 ui.label(RichText::new("H help   Tab views   Esc pause").weak());
                 ui.label(RichText::new("Not validated for training").small().weak());
             });
@@ -250,12 +256,17 @@ fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {
         ("Error estimate", format!("{:.0e} mm", diagnostics.error_mm), plain),
         ("Frame", format!("{:.1} ms, {rate:.0} /s", pace.frame_s * 1e3), plain),
         if pace.is_slow() {
-            ("Slower than real time", format!("{:.0} %", pace.share * 100.0), CAREFUL)
+            slower(pace)
         } else {
             ("Speed", "that of real time".into(), plain)
         },
     ];
     table(ui, "simulation", rows);
+}
+
+/// The share of real time that the simulation gets on by.
+fn slower(pace: &Pace) -> (&'static str, String, Color32) {
+    ("Slower than real time", format!("{:.0} %", pace.share * 100.0), CAREFUL)
 }
 
 fn table<const ROWS: usize>(ui: &mut Ui, name: &str, rows: [(&str, String, Color32); ROWS]) {

@@ -359,13 +359,11 @@ impl Play {
             return Doing::Search(0);
         }
         if manner.coagulates && self.next == self.strokes.len() {
-            let is_due = self.last_look.is_some() || senses.visibility() < SPOTLESS;
-            let behind = self.last_look.unwrap_or(0);
-            if is_due {
-                self.last_look = Some(behind);
+            if self.last_look.is_none() && senses.visibility() < SPOTLESS {
+                self.last_look = Some(0);
             }
-            let goes_on = is_due && self.searched_place(behind).is_some();
-            return if goes_on { Doing::Search(behind) } else { Doing::Reach };
+            let goes_on = self.last_look.filter(|behind| self.searched_place(*behind).is_some());
+            return goes_on.map_or(Doing::Reach, Doing::Search);
         }
         let searches_on = self.searches < SEARCHES;
         let wanted = if searches_on { CLEAR } else { DIM };

@@ -64,7 +64,7 @@ const OPERATION_PICTURES: &PlayPictures = {
         (1.45, Endoscope, Off, "urethra"),
         (2.2, Endoscope, Off, "verumontanum"),
         (4.4, Endoscope, Off, "bladder_neck"),
-        (6.0, Endoscope, Off, "bladder"),
+        (5.85, Endoscope, Off, "bladder"),
         (8.0, Endoscope, Off, "loop_out"),
         (9.3, Endoscope, Off, "dent"),
         (10.9, Endoscope, Off, "cutting"),

@@ -30,6 +30,8 @@ pub struct Settings {
     pub sound: SoundSettings,
     /// Whether every exercise is open, whatever was earned before it.
     pub all_open: bool,
+    /// Whether the panel shows how fast the simulation is, and its error.
+    pub shows_speed: bool,
     /// What does each action. An action that is not named is bound as at first; one with an empty list by nothing.
     pub bindings: BTreeMap<InstrumentAction, Vec<BoundInput>>,
 }
@@ -114,6 +116,7 @@ impl Settings {
             feel: bindings.feel,
             sound: SoundSettings::default(),
             all_open: false,
+            shows_speed: false,
             bindings: rows.map(|row| (row.action, row.inputs.clone())).collect(),
         }
     }

@@ -104,6 +104,8 @@ pub struct KeptSettings {
     pub sound: SoundSettings,
     /// Whether every exercise is open, whatever was earned before it.
     pub all_open: bool,
+    /// Whether the panel shows how fast the simulation is, and its error; that it is slower than real time, it always says.
+    pub shows_speed: bool,
     /// What went wrong with the file, until the player has read it.
     pub trouble: Option<String>,
     file: Option<SettingsFile>,
@@ -145,11 +147,13 @@ impl KeptSettings {
             hand: settings.hand,
             sound: settings.sound,
             all_open: settings.all_open,
+            shows_speed: settings.shows_speed,
             trouble: told,
             file: file.filter(|_| may_write),
             saved: Settings {
                 sound: settings.sound,
                 all_open: settings.all_open,
+                shows_speed: settings.shows_speed,
                 ..Settings::of(settings.hand, &bindings)
             },
         };
@@ -255,11 +259,13 @@ fn save(
         hand,
         sound,
         all_open,
+        shows_speed,
         ..
     } = &*kept;
     let is_kept = saved.hand == *hand
         && saved.sound == *sound
         && saved.all_open == *all_open
+        && saved.shows_speed == *shows_speed
         && saved.feel == bindings.feel
         && (bindings.rows.iter()).all(|row| saved.bindings.get(&row.action) == Some(&row.inputs));
     let Some(file) = kept.file.clone().filter(|_| !is_kept) else {
@@ -268,6 +274,7 @@ fn save(
     let settings = Settings {
         sound: kept.sound,
         all_open: kept.all_open,
+        shows_speed: kept.shows_speed,
         ..Settings::of(kept.hand, &bindings)
     };
     if let Err(error) = file.save(&settings) {
@@ -395,13 +402,17 @@ mod tests {
         );
         press(&mut first, KeyCode::Escape);
         assert!(!first.world().resource::<SettingsPage>().open);
+        first.world_mut().resource_mut::<KeptSettings>().shows_speed = true;
+        first.update();
 
         let second = app(&file);
         let bindings = second.world().resource::<InstrumentBindings>();
         assert_eq!(bindings.uses(old).count(), 0);
         let uses: Vec<_> = bindings.uses(BoundInput::Key(KeyCode::KeyX)).collect();
         assert_eq!(uses, [InstrumentAction::Cut]);
-        assert_eq!(second.world().resource::<KeptSettings>().trouble, None);
+        let kept = second.world().resource::<KeptSettings>();
+        assert_eq!((kept.shows_speed, kept.all_open), (true, false));
+        assert_eq!(kept.trouble, None);
     }
 
     #[test]

@@ -40,7 +40,7 @@ pub fn show(
     let mut changed = bindings.clone();
     let mut hand = kept.hand;
     let mut loudness = kept.sound;
-    let mut all_open = kept.all_open;
+    let (mut all_open, mut shows_speed) = (kept.all_open, kept.shows_speed);
     egui::Modal::new("settings".into())
         .backdrop_color(egui::Color32::from_black_alpha(170))
         .show(context, |ui| {
@@ -75,21 +75,27 @@ pub fn show(
                     ui.separator();
                     ui.add_enabled_ui(!waits, |ui| sound(ui, &mut loudness, &output));
                     ui.add_space(8.0);
-                    ui.horizontal(|ui| {
-                        let back = ui.add_enabled(!waits, egui::Button::new("Set everything back"));
-                        if back.clicked() {
-                            hand = Handedness::default();
-                            changed = InstrumentBindings::default();
-                            loudness = SoundSettings::default();
-                            all_open = false;
-                        }
-                        ui.add_enabled(!waits, egui::Checkbox::new(&mut all_open, "All levels are open"));
-                    });
+                    let back = ui.add_enabled(!waits, egui::Button::new("Set everything back"));
+                    if back.clicked() {
+                        hand = Handedness::default();
+                        changed = InstrumentBindings::default();
+                        loudness = SoundSettings::default();
+                        (all_open, shows_speed) = (false, false);
+                    }
                 });
                 ui.separator();
                 ui.vertical(|ui| {
                     ui.set_width(TABLE_WIDTH);
                     ui.add_enabled_ui(!waits, |ui| table::show(ui, &mut changed, hand, &mut page));
+                    ui.separator();
+                    ui.horizontal(|ui| {
+                        for (is_on, words) in [
+                            (&mut all_open, "All levels are open"),
+                            (&mut shows_speed, "The panel shows speed and error of the simulation"),
+                        ] {
+                            ui.add_enabled(!waits, egui::Checkbox::new(is_on, words));
+                        }
+                    });
                     waiting(ui, &page);
                 });
             });
@@ -105,6 +111,9 @@ pub fn show(
     }
     if all_open != kept.all_open {
         kept.all_open = all_open;
+    }
+    if shows_speed != kept.shows_speed {
+        kept.shows_speed = shows_speed;
     }
     Ok(())
 }
