@@ -6,7 +6,6 @@ resecta=${1:-target/release/resecta}
 made=$(mktemp -d)
 
 xvfb-run -a -s '-screen 0 2560x1440x24' "$resecta" gallery --out "$made"
-rm "$made"/1280x720/briefing.png
 mogrify -path docs/gallery -format jpg -quality 85 "$made"/1280x720/*.png
 
 # The endoscope's round field is as high as the window and in the middle of what the panel leaves of it.

@@ -37,13 +37,12 @@ const SPARED_MM: f64 = 1.0;
 const CLEAR: f64 = 0.5;
 const DIM: f64 = 0.35;
 /// How long water is given to clear after every search, s, and how many searches may find nothing before the operation goes on,
-/// without another until the view was clear again or the next sector begins: what was not found twice is not found after every stroke.
+/// without another until the view was clear again or the next sector begins: what was not found by then is not found after every
+/// stroke. The last of them, the widest, is what whoever has nothing else to do begins with.
 const WAIT_S: f32 = 10.0;
-const SEARCHES: u32 = 2;
+const SEARCHES: u32 = 3;
 /// Strokes whose beds the first search goes along; every further one goes along three times as many.
 const SEARCHED_STROKES: usize = 3;
-/// The search, counted from the first, that whoever has nothing else to do begins with.
-const WIDEST_SEARCH: u32 = 3;
 /// The view in which nothing can bleed, and beds that are looked at once more where it is not that clear when all is cut: who leaves
 /// a vessel open has not finished.
 const SPOTLESS: f64 = 0.99;
@@ -355,7 +354,7 @@ impl Play {
         }
         if !self.cuts {
             // Wherever something was cut, again and again: the exercise ends when nothing bleeds.
-            self.searches = WIDEST_SEARCH;
+            self.searches = SEARCHES;
             return Doing::Search(0);
         }
         if manner.coagulates && self.next == self.strokes.len() {
@@ -410,7 +409,7 @@ impl Play {
                 .map(|place| place.as_vec3())
                 .collect();
             // Up one bed and down the next is half the way.
-            if self.last_look.is_some() && number % 2 == 1 {
+            if number % 2 == 1 {
                 along.reverse();
             }
             along.into_iter().map(move |place| (place, outwards))
