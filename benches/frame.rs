@@ -5,7 +5,7 @@
 //! one line and looks at them. The first row has every model on; each of the next leaves one out; the last but one has the game's panel,
 //! guidance and screens (egui), too; in the last, the tissue follows an aim for its error. The error is that of steps watched every
 //! second, of which these rows leave the times out.
-//! Prints a table in Markdown, in ms. Rows are run in turn, several times, and the quietest run of each counts: compare within
+//! Words after `--` choose rows, by a part of their name. Prints a table in Markdown, in ms. Rows are run in turn, several times, and the quietest run of each counts: compare within
 //! one run only.
 
 use std::time::{Duration, Instant};
@@ -99,9 +99,15 @@ struct Run {
 }
 
 fn main() {
-    let mut best: Vec<Option<Run>> = ROWS.iter().map(|_| None).collect();
+    let words: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|word| !word.starts_with("--"))
+        .collect();
+    let is_chosen = |row: &&Row| words.is_empty() || words.iter().any(|word| row.name.contains(word.as_str()));
+    let rows: Vec<&Row> = ROWS.iter().filter(is_chosen).collect();
+    let mut best: Vec<Option<Run>> = rows.iter().map(|_| None).collect();
     for _ in 0..ROUNDS {
-        for (row, best) in ROWS.iter().zip(&mut best) {
+        for (row, best) in rows.iter().zip(&mut best) {
             let run = play(row);
             if best
                 .as_ref()
@@ -116,7 +122,7 @@ fn main() {
         nodes(&best)
     );
     println!("|---|---|---|---|---|---|---|");
-    for (row, run) in ROWS.iter().zip(best.into_iter().flatten()) {
+    for (row, run) in rows.iter().zip(best.into_iter().flatten()) {
         let ms = |times: &[Duration], at: f64| 1e3 * share(times, at).as_secs_f64();
         let mut errors = run.errors.clone();
         errors.sort_unstable_by(f32::total_cmp);
