@@ -344,21 +344,26 @@ impl Near {
     /// Whether a point of a box may be within `range` of the axis.
     fn is_near(&self, low: Vec3, high: Vec3, range: f32) -> bool {
         let apart = (low - self.high).max(self.low - high).max_element();
-        apart <= range && stretch_near(&self.axis, range, low, high).is_some()
+        apart <= range && share_and_reach(&self.axis, range, low, high).is_some()
     }
 }
 
 /// The stretch of an axis, as shares, beyond which no point of a box is within `range`; none if none is anywhere.
 fn stretch_near(axis: &Axis, range: f32, mins: Vec3, maxs: Vec3) -> Option<(f32, f32)> {
+    let (share, reach) = share_and_reach(axis, range, mins, maxs)?;
+    let along = reach / axis.a.distance(axis.b).max(f32::MIN_POSITIVE);
+    Some(((share - along).max(0.0), (share + along).min(1.0)))
+}
+
+/// Where an axis is nearest to the centre of a box, as a share, and how near the centre must be for a point of the box to be
+/// within `range`; none if it is not.
+#[inline]
+fn share_and_reach(axis: &Axis, range: f32, mins: Vec3, maxs: Vec3) -> Option<(f32, f32)> {
     let (centre, half) = (0.5 * (mins + maxs), 0.5 * (maxs - mins));
     // The distance from the axis to the box is at least that to its centre less half its diagonal.
     let reach = range + half.length();
     let share = axis.share_nearest(centre);
-    if axis.at(share).distance_squared(centre) > reach * reach {
-        return None;
-    }
-    let along = reach / axis.a.distance(axis.b).max(f32::MIN_POSITIVE);
-    Some(((share - along).max(0.0), (share + along).min(1.0)))
+    (axis.at(share).distance_squared(centre) <= reach * reach).then_some((share, reach))
 }
 
 /// The face nearest to a point.

@@ -29,6 +29,8 @@ pub struct Surroundings<'a> {
     /// Whether no face is within the depth limit of the axis.
     is_far: bool,
     axis: Axis,
+    /// Faces with their points closest to the axis.
+    near: &'a [(Face, ClosestPoints)],
     /// The faces nearest to the middles of equal parts of the axis, as far as they have been looked up.
     nearest: Vec<Option<Option<Nearest>>>,
 }
@@ -52,7 +54,7 @@ impl<'a> Surroundings<'a> {
         collider: &'a Collider,
         skin: &'a Skin,
         axis: Axis,
-        (near, points): (&[(Face, ClosestPoints)], &[ChunkPart]),
+        (near, points): (&'a [(Face, ClosestPoints)], &[ChunkPart]),
         known_mm: f32,
     ) -> Self {
         let along = axis.b - axis.a;
@@ -90,6 +92,7 @@ impl<'a> Surroundings<'a> {
             is_far,
             crossings: crossings.into_iter().map(|(share, _)| share).collect(),
             axis,
+            near,
             nearest: vec![None; ((axis.a.distance(axis.b) / APART_MM).round() as usize).max(1)],
         }
     }
@@ -156,11 +159,14 @@ impl<'a> Surroundings<'a> {
     /// The face nearest to the middle of a part.
     fn look_up(&mut self, number: usize) -> Option<Nearest> {
         let share = self.middle_of(number);
-        // What is nearest to the part before is near this one, too.
-        let before = number.checked_sub(1).and_then(|before| self.nearest[before]?);
         *self.nearest[number].get_or_insert_with(|| {
-            let known = before.as_ref().map(|nearest| &nearest.face);
-            let nearest = self.collider.nearest_face(self.skin, self.axis.at(share), known)?;
+            let point = self.axis.at(share);
+            // The nearest may be another one, but no face further away than this one's point needs a look.
+            let away = |(_, closest): &&(Face, ClosestPoints)| closest.on_triangle.distance_squared(point);
+            let known = self.near.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+            let nearest = self
+                .collider
+                .nearest_face(self.skin, point, known.map(|(face, _)| face))?;
             let closest = ClosestPoints {
                 share,
                 ..nearest.closest
