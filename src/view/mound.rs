@@ -180,7 +180,7 @@ impl<'a> Surface<'a> {
         })
     }
 
-    /// The triangles of mucosa of which a corner is raised, about a top.
+    /// The triangles of mucosa that are raised somewhere, about a top.
     fn around(&self, top: Vec3) -> Vec<[u32; 3]> {
         let reach = Vec3::new(SIDE_MM, SIDE_MM, DOWN_MM) + 2.0;
         let is_near = |&vertex: &u32| {
@@ -190,8 +190,29 @@ impl<'a> Surface<'a> {
         };
         let (triangles, _) = self.indices.as_chunks::<3>();
         let near = triangles.iter().filter(|triangle| triangle.iter().all(is_near));
-        near.copied().collect()
+        // Most of what is near is the rest of a narrow lumen.
+        let is_raised =
+            |&&triangle: &&[u32; 3]| parts().any(|weights| height(self.rest(triangle, weights) - top).0 > 0.0);
+        near.filter(is_raised).copied().collect()
     }
+
+    /// Where a point of a triangle is at rest, mm.
+    fn rest(&self, triangle: [u32; 3], weights: [f32; 3]) -> Vec3 {
+        let [[x, y], [z, _]] = self.rest.map(|rest| between(rest, triangle, weights));
+        Vec3::new(x, y, z)
+    }
+}
+
+/// The corners of the parts of a triangle, as weights of its corners, row by row.
+fn parts() -> impl Iterator<Item = [f32; 3]> {
+    let rows = (0..=PARTS).flat_map(|row| (0..=row).map(move |column| (row, column)));
+    rows.map(|(row, column)| [PARTS - row, row - column, column].map(|share| share as f32 / PARTS as f32))
+}
+
+/// A value at a point of a triangle.
+fn between<const N: usize>(values: &[[f32; N]], triangle: [u32; 3], weights: [f32; 3]) -> [f32; N] {
+    let [a, b, c] = triangle.map(|vertex| values[vertex as usize]);
+    std::array::from_fn(|n| a[n] * weights[0] + b[n] * weights[1] + c[n] * weights[2])
 }
 
 /// A mesh like the gland's.
@@ -207,27 +228,19 @@ struct Patch {
 impl Patch {
     /// Adds a triangle of the surface, divided and raised as far as there is room above it.
     fn raise(&mut self, surface: &Surface, triangle: [u32; 3], top: Vec3, room: impl Fn(Vec3) -> f32) {
-        fn between<const N: usize>(values: &[[f32; N]], triangle: [u32; 3], weights: [f32; 3]) -> [f32; N] {
-            let [a, b, c] = triangle.map(|vertex| values[vertex as usize]);
-            std::array::from_fn(|n| a[n] * weights[0] + b[n] * weights[1] + c[n] * weights[2])
-        }
         let first = self.places.len() as u32;
-        for row in 0..=PARTS {
-            for column in 0..=row {
-                let weights = [PARTS - row, row - column, column].map(|share| share as f32 / PARTS as f32);
-                let place = Vec3::from(between(surface.places, triangle, weights));
-                let normal = Vec3::from(between(surface.normals, triangle, weights)).normalize_or(Vec3::Z);
-                let rest = surface.rest.map(|rest| between(rest, triangle, weights));
-                let (high, slope) = height(Vec3::new(rest[0][0], rest[0][1], rest[1][0]) - top);
-                let share = if high > 0.0 { (room(place) / high).min(1.0) } else { 0.0 };
-                let slope = slope * share;
-                let leaning = (normal - (slope - normal * slope.dot(normal))).normalize_or(normal);
-                self.places.push((place + normal * (high * share)).to_array());
-                self.normals.push(leaning.to_array());
-                self.colours.push(between(surface.colours, triangle, weights));
-                for (all, one) in self.rest.iter_mut().zip(rest) {
-                    all.push(one);
-                }
+        for weights in parts() {
+            let place = Vec3::from(between(surface.places, triangle, weights));
+            let normal = Vec3::from(between(surface.normals, triangle, weights)).normalize_or(Vec3::Z);
+            let (high, slope) = height(surface.rest(triangle, weights) - top);
+            let share = if high > 0.0 { (room(place) / high).min(1.0) } else { 0.0 };
+            let slope = slope * share;
+            let leaning = (normal - (slope - normal * slope.dot(normal))).normalize_or(normal);
+            self.places.push((place + normal * (high * share)).to_array());
+            self.normals.push(leaning.to_array());
+            self.colours.push(between(surface.colours, triangle, weights));
+            for (all, one) in self.rest.iter_mut().zip(surface.rest) {
+                all.push(between(one, triangle, weights));
             }
         }
         let start = |row: usize| first + (row * (row + 1) / 2) as u32;
@@ -297,6 +310,7 @@ mod tests {
             indices: &[0, 1, 2],
         };
         assert_eq!(surface.around(Vec3::ZERO), [[0, 1, 2]]);
+        assert!(surface.around(Vec3::X * (SIDE_MM + 1.0)).is_empty(), "near, and flat");
         let highest = |room: f32| {
             let mut patch = Patch::default();
             patch.raise(&surface, [0, 1, 2], Vec3::ZERO, |_| room);
