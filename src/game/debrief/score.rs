@@ -4,7 +4,12 @@ use bevy_egui::egui::{self, RichText, Sense, Stroke, Ui};
 use resecta_scenario::{ActiveExercise, Condition, Medal, MetricId, Metrics, PartScore, ScoreCard, ScoreLine, advice};
 
 use super::{
-    super::{history::History, menu, moments::Moments, palette},
+    super::{
+        history::History,
+        menu,
+        moments::{Kept, Moments},
+        palette,
+    },
     clock,
 };
 
@@ -12,6 +17,10 @@ use super::{
 const SENTENCES: usize = 3;
 /// Runs of one's own that are compared with.
 const RUNS: usize = 6;
+/// Where pictures below the lines were smaller than this, points, they go below the runs.
+const LEAST_BELOW_LINES: f32 = 150.0;
+/// The least side of a picture, points.
+const LEAST_VIEW: f32 = 64.0;
 
 /// Shows the page. A run that somebody else showed asks for no advice and is none of the player's own.
 pub fn show(
@@ -22,8 +31,9 @@ pub fn show(
     moments: &Moments,
 ) {
     let width = ui.available_width();
+    let kept: Vec<&Kept> = moments.kept().collect();
     ui.horizontal_top(|ui| {
-        menu::part(ui, [width * 0.66, ui.available_height()], |ui| {
+        let shows_views = menu::part(ui, [width * 0.66, ui.available_height()], |ui| {
             lines(ui, card);
             if let Some(note) = left_open(card, metrics) {
                 ui.label(RichText::new(note).size(14.0).color(palette::CAREFUL));
@@ -32,7 +42,12 @@ pub fn show(
             let note = "Points follow the formula that the exercise file states; medals are told beside it and earn no \
                             points. Point at a line for what it measures, its formula and where its values come from.";
             ui.label(RichText::new(note).size(12.5).color(palette::WEAK));
-            views(ui, moments);
+            ui.add_space(6.0);
+            let has_room = Views::within(ui.available_size(), kept.len()).side >= LEAST_BELOW_LINES;
+            if has_room {
+                views(ui, &kept);
+            }
+            has_room
         });
         ui.add_space(14.0);
         ui.vertical(|ui| {
@@ -55,6 +70,11 @@ pub fn show(
                     ui.set_width(ui.available_width());
                     own_runs(ui, &active.name, history, is_own);
                 });
+            }
+            // The many lines of a whole operation leave no room below them in a small window.
+            if !shows_views {
+                ui.add_space(8.0);
+                views(ui, &kept);
             }
         });
     });
@@ -198,24 +218,49 @@ fn bar(ui: &mut Ui, line: &ScoreLine) {
     ui.painter().rect_filled(filled, 6.0, palette::ACCENT);
 }
 
-/// Pictures of key moments, as large as there is room for.
-fn views(ui: &mut Ui, moments: &Moments) {
-    if moments.kept().next().is_none() {
-        return;
+/// How pictures are arranged.
+struct Views {
+    /// How many go beside each other.
+    columns: usize,
+    /// How wide and high each is, points.
+    side: f32,
+}
+
+impl Views {
+    /// So many pictures, as large as a place of this size allows.
+    fn within(size: egui::Vec2, count: usize) -> Views {
+        let arranged = |columns: usize| {
+            let wide = size.x / columns as f32 - 12.0;
+            // Beside a narrow picture's neighbours its words take two lines.
+            let words = if wide < 220.0 { 42.0 } else { 26.0 };
+            let high = size.y / count.div_ceil(columns) as f32 - words;
+            Views {
+                columns,
+                side: wide.min(high),
+            }
+        };
+        let all = (1..=count.max(1)).map(arranged);
+        all.max_by(|one, other| one.side.total_cmp(&other.side))
+            .unwrap_or(arranged(1))
     }
-    ui.add_space(6.0);
-    let side = (ui.available_height() - 26.0)
-        .min(ui.available_width() / 3.0 - 12.0)
-        .max(80.0);
-    ui.horizontal_top(|ui| {
-        for kept in moments.kept() {
-            ui.vertical(|ui| {
-                let words = format!("{}, {}", clock(kept.time_s), kept.words);
-                ui.label(RichText::new(words).size(12.5).color(palette::WEAK));
-                ui.image((kept.texture, egui::vec2(side, side)));
-            });
-        }
-    });
+}
+
+/// What was seen at key moments, as large as there is room for.
+fn views(ui: &mut Ui, kept: &[&Kept]) {
+    let Views { columns, side } = Views::within(ui.available_size(), kept.len());
+    let side = side.max(LEAST_VIEW);
+    for row in kept.chunks(columns) {
+        ui.horizontal_top(|ui| {
+            for kept in row {
+                ui.vertical(|ui| {
+                    ui.set_width(side);
+                    let words = format!("{}, {}", clock(kept.time_s), kept.words);
+                    ui.label(RichText::new(words).size(12.5).color(palette::WEAK));
+                    ui.image((kept.texture, egui::vec2(side, side)));
+                });
+            }
+        });
+    }
 }
 
 /// The player's own runs, the latest first: this one, or the last before what was shown.
@@ -253,6 +298,16 @@ fn own_runs(ui: &mut Ui, exercise: &str, history: &History, is_own: bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pictures_stay_within_their_place_and_are_as_large_as_it_allows() {
+        for (width, height, columns) in [(800.0, 280.0, 3), (360.0, 340.0, 2), (200.0, 700.0, 1)] {
+            let views = Views::within(egui::vec2(width, height), 3);
+            assert_eq!(views.columns, columns, "{width} by {height}");
+            let rows = 3_usize.div_ceil(columns);
+            assert!(views.side * columns as f32 <= width && views.side * rows as f32 <= height);
+        }
+    }
 
     #[test]
     fn lines_that_wait_for_the_same_are_told_together() {
