@@ -5,8 +5,8 @@
 //! one line and looks at them. The first row has every model on; each of the next leaves one out; the last but one has the game's panel,
 //! guidance and screens (egui), too; in the last, the tissue follows an aim for its error. The error is that of steps watched every
 //! second, of which these rows leave the times out.
-//! Words after `--` choose rows, by a part of their name. Prints a table in Markdown, in ms. Rows are run in turn, several times, and the quietest run of each counts: compare within
-//! one run only.
+//! Words after `--` choose rows, by a part of their name. Prints a table in Markdown: times in ms, errors in µm. Rows are run in
+//! turn, several times, and the quietest run of each counts: compare within one run only.
 
 use std::time::{Duration, Instant};
 
