@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::ranges::{FURTHEST_MM, within};
 use crate::tissue::Motion;
-use crate::vectors::{Scalars, Vectors};
+use crate::vectors::{Place, Scalars, Vectors};
 
 /// A point of the tissue: where the weighted mean of some nodes is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,33 +73,84 @@ impl Contact {
     }
 }
 
+/// A contact made ready for an advance: where its nodes lie and how they share its way are looked up once, not every substep.
+#[derive(Debug, Clone)]
+pub(crate) struct Held {
+    /// The nodes that count; copies of the first past the last.
+    parts: [Part; 6],
+    count: usize,
+    compliance: f32,
+    normal: Vec3,
+    /// mm.
+    offset_start: f32,
+    /// How far the plane goes in the advance, mm, and how fast, mm/s.
+    way: f32,
+    speed: f32,
+}
+
+/// A node of a contact.
+#[derive(Debug, Clone, Copy, Default)]
+struct Part {
+    place: Place,
+    weight: f32,
+    /// Its weight times its inverse inertia: over the compliance, which part of the contact's way it goes.
+    share: f32,
+}
+
+impl Held {
+    /// The contact, in an advance of that duration, the nodes sharing its way by weight and inverse inertia; none if it has
+    /// none that moves.
+    pub fn new(contact: &Contact, duration_s: f32, inverse_inertia: &Scalars) -> Option<Held> {
+        let (mut parts, mut count) = ([Part::default(); 6], 0);
+        for ((node, weight), part) in contact.point.parts().zip(&mut parts) {
+            *part = Part {
+                place: inverse_inertia.place(node),
+                weight,
+                share: weight * inverse_inertia.at(node),
+            };
+            count += 1;
+        }
+        let compliance: f32 = parts[..count].iter().map(|part| part.share * part.weight).sum();
+        if compliance <= 0.0 {
+            return None;
+        }
+        let way = contact.offset_end - contact.offset_start;
+        Some(Held {
+            parts,
+            count,
+            compliance,
+            normal: contact.normal,
+            offset_start: contact.offset_start,
+            way,
+            speed: way / duration_s,
+        })
+    }
+}
+
 impl Motion {
-    /// Brings a contact's point to its side of the plane at `time` (0 to 1 over an advance of that duration), the nodes
-    /// sharing the way by weight and inverse inertia, and takes the velocity that goes against the plane's own.
-    pub(crate) fn hold(&mut self, contact: &Contact, time: f32, duration_s: f32, inverse_inertia: &Scalars) {
-        let &Contact { point, normal, .. } = contact;
+    /// Brings a contact's point to its side of the plane at `time` (0 to 1 over the advance) and takes the velocity that goes
+    /// against the plane's own.
+    #[inline]
+    pub(crate) fn hold(&mut self, held: &Held, time: f32) {
+        let (normal, parts, compliance) = (held.normal, &held.parts[..held.count], held.compliance);
         let along = |vectors: &Vectors| -> f32 {
-            let parts = point.parts();
-            parts.map(|(node, weight)| weight * vectors.at(node).dot(normal)).sum()
+            let parts = parts.iter();
+            parts
+                .map(|part| part.weight * vectors.at_place(part.place).dot(normal))
+                .sum()
         };
         // Most contacts only come near: this first.
-        let offset = contact.offset_start + time * (contact.offset_end - contact.offset_start);
-        let depth = offset - along(&self.positions);
+        let depth = (held.offset_start + time * held.way) - along(&self.positions);
         if depth <= 0.0 {
             return;
         }
-        let shares = point
-            .parts()
-            .map(|(node, weight)| (node, weight, weight * inverse_inertia.at(node)));
-        let compliance: f32 = shares.clone().map(|(_, weight, share)| share * weight).sum();
-        if compliance <= 0.0 {
-            return;
-        }
-        let against = (contact.offset_end - contact.offset_start) / duration_s - along(&self.velocities);
-        for (node, _, share) in shares {
-            self.positions.add(node, normal * (depth * share / compliance));
+        let against = held.speed - along(&self.velocities);
+        for part in parts {
+            self.positions
+                .add_at(part.place, normal * (depth * part.share / compliance));
             if against > 0.0 {
-                self.velocities.add(node, normal * (against * share / compliance));
+                self.velocities
+                    .add_at(part.place, normal * (against * part.share / compliance));
             }
         }
     }

@@ -9,6 +9,7 @@ use std::ops::Range;
 use fearless_simd::{Simd, f32x8, prelude::*};
 
 use crate::bound::Plan;
+use crate::contact;
 use crate::held::Held;
 use crate::kick::{Kick, Kicks};
 use crate::marks::Marks;
@@ -99,8 +100,9 @@ impl Widened for Run<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         self.tissue.begin(self.plan);
+        self.tissue.take_hold(self.plan, self.contacts);
         for substep in 1..=self.plan.substeps {
-            self.tissue.substep(simd, self.plan, substep, self.contacts);
+            self.tissue.substep(simd, self.plan, substep);
         }
         self.tissue.end(simd);
     }
@@ -111,7 +113,9 @@ impl Widened for Run<'_> {
 pub(crate) struct Scratch {
     pub forces: Vectors,
     pub external: Vectors,
-    /// The motion before the advance under way.
+    /// The contacts of the advance under way.
+    pub contacts: Vec<contact::Held>,
+    /// The motion before it.
     pub start: Motion,
     pub kicks: Kicks,
     pub held: Held,
@@ -124,6 +128,7 @@ impl Scratch {
         Scratch {
             forces: Vectors::zero(sites),
             external: Vectors::zero(sites),
+            contacts: Vec::new(),
             start: Motion::zero(sites),
             kicks: Kicks::zero(sites),
             held: Held::zero(sites),
@@ -312,7 +317,7 @@ impl Tissue {
     /// One substep: forces, the kick that ends the last substep and begins this one (half a kick at the start), drift, and
     /// contacts. Block by block: see `springs.rs`.
     #[inline(always)]
-    pub(crate) fn substep<S: Simd>(&mut self, simd: S, plan: Plan, substep: u32, contacts: &[Contact]) {
+    pub(crate) fn substep<S: Simd>(&mut self, simd: S, plan: Plan, substep: u32) {
         self.add_resection_forces(plan);
         let scratch = &mut self.scratch;
         let kicks = if substep == 1 {
@@ -338,7 +343,18 @@ impl Tissue {
             self.motion
                 .kick_and_drift(simd, sites.clone(), (kicks, substep_s), forces, loads);
         }
-        self.after_substep(plan, substep, contacts);
+        self.after_substep(plan, substep);
+    }
+
+    /// Makes the contacts of an advance ready.
+    pub(crate) fn take_hold(&mut self, plan: Plan, contacts: &[Contact]) {
+        let duration_s = plan.substep_s as f32 * plan.substeps as f32;
+        let inverse_inertia = &self.nodes.inverse_inertia;
+        let held = contacts
+            .iter()
+            .filter_map(|contact| contact::Held::new(contact, duration_s, inverse_inertia));
+        self.scratch.contacts.clear();
+        self.scratch.contacts.extend(held);
     }
 
     /// Lets the forces of resections grow by what they do in a substep.
@@ -351,15 +367,13 @@ impl Tissue {
 
     /// Wakes what is reached, and holds contacts.
     #[inline(always)]
-    pub(crate) fn after_substep(&mut self, plan: Plan, substep: u32, contacts: &[Contact]) {
-        let substep_s = plan.substep_s as f32;
+    pub(crate) fn after_substep(&mut self, plan: Plan, substep: u32) {
         let time = substep as f32 / plan.substeps as f32;
-        let duration_s = substep_s * plan.substeps as f32;
         if self.sleep.is_any_asleep() && substep.is_multiple_of(SUBSTEPS_A_LOOK) {
             self.wake_by_motion(plan.substep_s * f64::from(substep));
         }
-        for contact in contacts {
-            self.motion.hold(contact, time, duration_s, &self.nodes.inverse_inertia);
+        for held in &self.scratch.contacts {
+            self.motion.hold(held, time);
         }
     }
 

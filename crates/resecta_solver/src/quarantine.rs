@@ -62,11 +62,15 @@ impl Widened for RunWithCare<'_> {
     fn run<S: Simd>(self, simd: S) -> Vec<PutAside> {
         let RunWithCare { tissue, plan, contacts } = self;
         tissue.begin(plan);
+        tissue.take_hold(plan, contacts);
         let mut put_aside = Vec::new();
         for substep in 1..=plan.substeps {
             let before = tissue.motion.clone();
-            tissue.substep(simd, plan, substep, contacts);
-            tissue.put_aside_what_is_not_sound(plan, &before, &mut put_aside);
+            tissue.substep(simd, plan, substep);
+            if tissue.put_aside_what_is_not_sound(plan, &before, &mut put_aside) {
+                // Who holds a contact with a node that stands still goes all of its way.
+                tissue.take_hold(plan, contacts);
+            }
         }
         tissue.end(simd);
         put_aside
@@ -85,14 +89,15 @@ impl Tissue {
         put_aside
     }
 
-    /// Stops every node that [`is_sound`] does not hold for where it was before.
-    fn put_aside_what_is_not_sound(&mut self, plan: Plan, before: &Motion, put_aside: &mut Vec<PutAside>) {
-        let fastest = plan.fastest();
+    /// Stops every node that [`is_sound`] does not hold for where it was before; tells whether there was one.
+    fn put_aside_what_is_not_sound(&mut self, plan: Plan, before: &Motion, put_aside: &mut Vec<PutAside>) -> bool {
+        let (fastest, mut any) = (plan.fastest(), false);
         for node in 0..self.node_count() as u32 {
             let velocity = self.motion.velocities.at(node).to_array();
             if velocity.into_iter().all(|component| is_sound(component, fastest)) {
                 continue;
             }
+            any = true;
             let (index, position) = (node as usize, before.positions.at(node));
             self.motion.positions.set(node, position);
             self.motion.lost.set(node, Vec3::ZERO);
@@ -108,5 +113,6 @@ impl Tissue {
                 put_aside.push(PutAside { node, position });
             }
         }
+        any
     }
 }

@@ -455,13 +455,14 @@ impl Tissue {
     pub(crate) fn run_by_team(&mut self, plan: Plan, contacts: &[Contact]) {
         let Some(mut team) = self.team.take() else { return };
         self.begin(plan);
+        self.take_hold(plan, contacts);
         // What is not a part's own is done between stretches, by one thread.
         let alone = contacts.is_empty() && self.collapse.steps().next().is_none() && !self.sleep.is_any_asleep();
         let length = if alone { plan.substeps } else { 1 };
         for first in (1..=plan.substeps).step_by(length as usize) {
             self.add_resection_forces(plan);
             self.stretch_by_team(&mut team, Some(plan), first, length);
-            self.after_substep(plan, first + length - 1, contacts);
+            self.after_substep(plan, first + length - 1);
         }
         self.stretch_by_team(&mut team, None, 1, 1);
         self.team = Some(team);

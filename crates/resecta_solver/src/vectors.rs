@@ -12,6 +12,13 @@ use crate::widest::{Widened, fused, with_widest};
 /// The vectors of a site, by component.
 pub(crate) type SiteVectors = [Lanes; 3];
 
+/// Where the number of a node lies.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Place {
+    site: u32,
+    lane: u32,
+}
+
 /// The vectors of a site in registers, by component.
 ///
 /// Everything about them is inlined by force: what is not has been compiled for narrower registers. `array::map` is not.
@@ -67,6 +74,15 @@ impl Scalars {
             all.set(node, number);
         }
         all
+    }
+
+    #[inline(always)]
+    pub fn place(&self, node: u32) -> Place {
+        let (site, lane) = self.sites.place(node);
+        Place {
+            site: site as u32,
+            lane: lane as u32,
+        }
     }
 
     #[inline(always)]
@@ -139,6 +155,23 @@ impl Vectors {
     #[inline(always)]
     pub fn add(&mut self, node: u32, vector: Vec3) {
         self.set(node, self.at(node) + vector);
+    }
+
+    /// The vector of the node at a place.
+    #[inline(always)]
+    pub fn at_place(&self, Place { site, lane }: Place) -> Vec3 {
+        let [x, y, z] = &self.values[site as usize];
+        let lane = lane as usize % LANES;
+        Vec3::new(x.0[lane], y.0[lane], z.0[lane])
+    }
+
+    /// Adds to the vector of the node at a place.
+    #[inline(always)]
+    pub fn add_at(&mut self, Place { site, lane }: Place, vector: Vec3) {
+        let values = &mut self.values[site as usize];
+        for (component, value) in values.iter_mut().zip(vector.to_array()) {
+            component.0[lane as usize % LANES] += value;
+        }
     }
 
     /// The nodes whose vector ends within `radius` of a point. Looks at all, some ten thousand in 3 µs.
