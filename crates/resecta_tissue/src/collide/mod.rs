@@ -17,7 +17,7 @@ mod winding;
 use std::ops::Range;
 
 use bevy::prelude::*;
-use resecta_solver::Contact;
+use resecta_solver::{Contact, NodeKind};
 
 pub(crate) use self::{
     closest::segment_triangle,
@@ -210,32 +210,51 @@ pub(crate) fn integrate(
 
 /// What touched a tissue in a step, with the pentahedron that was touched.
 #[derive(Default)]
-struct Touches(Vec<(u32, Found)>);
+struct Touches(Vec<Touched>);
+
+/// Where a part touched a pentahedron.
+struct Touched {
+    /// Indices of tool and part, and the pentahedron.
+    of: (u32, u32, u32),
+    kind: ToolPartKind,
+    surface: NodeKind,
+    point: Vec3,
+    normal: Vec3,
+    depth: f32,
+}
 
 impl Touches {
     fn extend<'a>(&mut self, found: impl Iterator<Item = &'a Found>) {
-        let touches = found.filter_map(|found| Some((found.touched()?, found.clone())));
+        let touches = found.filter_map(|found| {
+            Some(Touched {
+                of: (found.tool, found.part, found.touched()?),
+                kind: found.kind,
+                surface: found.surface,
+                point: found.point,
+                normal: found.normal,
+                depth: found.depth,
+            })
+        });
         self.0.extend(touches);
     }
 
     /// Tells of each part and pentahedron where it was deepest.
-    fn tell(self, tissue: Entity, tools: &[ToolMotion], messages: &mut MessageWriter<TissueContact>) {
-        let of = |(pentahedron, found): &(u32, Found)| (found.tool, found.part, *pentahedron);
-        let mut touches: Vec<&(u32, Found)> = self.0.iter().collect();
-        touches.sort_by(|a, b| of(a).cmp(&of(b)).then(b.1.depth.total_cmp(&a.1.depth)));
-        touches.dedup_by_key(|touch| of(touch));
-        for (pentahedron, found) in touches {
-            let tool = &tools[found.tool as usize];
+    fn tell(mut self, tissue: Entity, tools: &[ToolMotion], messages: &mut MessageWriter<TissueContact>) {
+        self.0.sort_by(|a, b| a.of.cmp(&b.of).then(b.depth.total_cmp(&a.depth)));
+        self.0.dedup_by_key(|touch| touch.of);
+        for touch in self.0 {
+            let (tool, _, pentahedron) = touch.of;
+            let tool = &tools[tool as usize];
             messages.write(TissueContact {
                 tissue,
                 tool: tool.entity,
-                part: found.kind,
-                pentahedron: *pentahedron,
-                point: found.point,
-                normal: found.normal,
-                depth_mm: found.depth.max(0.0),
-                kind: found.surface,
-                current: tool.current(found.kind),
+                part: touch.kind,
+                pentahedron,
+                point: touch.point,
+                normal: touch.normal,
+                depth_mm: touch.depth.max(0.0),
+                kind: touch.surface,
+                current: tool.current(touch.kind),
             });
         }
     }
