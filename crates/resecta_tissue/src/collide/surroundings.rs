@@ -1,5 +1,7 @@
 //! On which side of the tissue's surface a part's axis is.
 
+use bevy::math::Vec3;
+
 use super::{
     closest::ClosestPoints,
     collider::{Collider, DEPTH_LIMIT_MM, Face, Nearest, TIE_MM},
@@ -33,6 +35,8 @@ pub struct Surroundings<'a> {
     near: &'a [(Face, ClosestPoints)],
     /// The faces nearest to the middles of equal parts of the axis, as far as they have been looked up.
     nearest: Vec<Option<Option<Nearest>>>,
+    /// The face that was found last.
+    last: Option<Face>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,6 +98,7 @@ impl<'a> Surroundings<'a> {
             axis,
             near,
             nearest: vec![None; ((axis.a.distance(axis.b) / APART_MM).round() as usize).max(1)],
+            last: None,
         }
     }
 
@@ -159,20 +164,30 @@ impl<'a> Surroundings<'a> {
     /// The face nearest to the middle of a part.
     fn look_up(&mut self, number: usize) -> Option<Nearest> {
         let share = self.middle_of(number);
-        *self.nearest[number].get_or_insert_with(|| {
-            let point = self.axis.at(share);
-            // The nearest may be another one, but no face further away than this one's point needs a look.
-            let away = |(_, closest): &&(Face, ClosestPoints)| closest.on_triangle.distance_squared(point);
-            let known = self.near.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
-            let nearest = self
-                .collider
-                .nearest_face(self.skin, point, known.map(|(face, _)| face))?;
-            let closest = ClosestPoints {
+        if let Some(nearest) = self.nearest[number] {
+            return nearest;
+        }
+        let point = self.axis.at(share);
+        // The nearest may be another one, but no face further away than this one needs a look.
+        let known = self.last.or_else(|| self.nearest_of_near(point));
+        let nearest = self.collider.nearest_face(self.skin, point, known.as_ref());
+        let nearest = nearest.map(|nearest| Nearest {
+            closest: ClosestPoints {
                 share,
                 ..nearest.closest
-            };
-            Some(Nearest { closest, ..nearest })
-        })
+            },
+            ..nearest
+        });
+        self.last = nearest.map(|nearest| nearest.face).or(self.last);
+        self.nearest[number] = Some(nearest);
+        nearest
+    }
+
+    /// Of the faces near the axis the one whose nearest point to it is nearest to a point.
+    fn nearest_of_near(&self, point: Vec3) -> Option<Face> {
+        let away = |(_, closest): &&(Face, ClosestPoints)| closest.on_triangle.distance_squared(point);
+        let nearest = self.near.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+        nearest.map(|(face, _)| *face)
     }
 }
 
