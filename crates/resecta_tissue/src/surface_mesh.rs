@@ -239,7 +239,8 @@ impl SurfaceMesh {
     fn write_positions(&mut self, skin: &Skin, mesh: &mut Mesh) {
         self.motion = Some(skin.motion_version());
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        let mut normals = vec![Vec3::ZERO; self.numbering.len()];
+        // The sums of those of the triangles around, where the skin keeps none.
+        let mut normals = Vec::new();
         if let Some(VertexAttributeValues::Float32x3(positions)) = mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION) {
             for (position, vertex) in positions.iter_mut().zip(self.numbering.vertices()) {
                 let Some(vertex) = vertex else {
@@ -249,11 +250,8 @@ impl SurfaceMesh {
                 (low, high) = (low.min(point), high.max(point));
                 *position = point.to_array();
             }
-            if let Some(own) = skin.normals() {
-                for (normal, vertex) in normals.iter_mut().zip(self.numbering.vertices()) {
-                    *normal = vertex.map_or(Vec3::Z, |vertex| own[vertex as usize]);
-                }
-            } else {
+            if skin.normals().is_none() {
+                normals.resize(self.numbering.len(), Vec3::ZERO);
                 for triangle in self.numbering.triangles() {
                     let [a, b, c] = triangle.map(|number| Vec3::from(positions[number as usize]));
                     let normal = (b - a).cross(c - a);
@@ -264,8 +262,19 @@ impl SurfaceMesh {
             }
         }
         if let Some(VertexAttributeValues::Float32x3(values)) = mesh.attribute_mut(Mesh::ATTRIBUTE_NORMAL) {
-            for (value, normal) in values.iter_mut().zip(normals) {
-                *value = normal.normalize_or(Vec3::Z).to_array();
+            match skin.normals() {
+                // Of unit length, but for those of vertices that are not on the surface.
+                Some(own) => {
+                    for (value, vertex) in values.iter_mut().zip(self.numbering.vertices()) {
+                        let normal = vertex.map_or(Vec3::ZERO, |vertex| own[vertex as usize]);
+                        *value = if normal == Vec3::ZERO { Vec3::Z } else { normal }.to_array();
+                    }
+                }
+                None => {
+                    for (value, normal) in values.iter_mut().zip(normals) {
+                        *value = normal.normalize_or(Vec3::Z).to_array();
+                    }
+                }
             }
         }
         self.bound = if low.cmple(high).all() {
