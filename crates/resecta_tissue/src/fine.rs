@@ -143,7 +143,8 @@ impl Fine {
         self.field.surface()
     }
 
-    /// Where a vertex other than a node is, mm, if [`Fine::bring`] or [`Fine::follow`] brought its chunk there.
+    /// Where a vertex is, mm: a node as of the last [`Fine::bring`] or [`Fine::follow`], another one if that brought its chunk
+    /// there.
     pub fn place(&self, vertex: u32) -> Vec3 {
         self.places[vertex as usize]
     }
@@ -174,6 +175,9 @@ impl Fine {
             self.instant = self.instant.wrapping_add(1);
             let vertices = self.field.surface().vertex_count();
             self.places.resize(vertices, Vec3::ZERO);
+            for (node, place) in (0..solver.node_count() as u32).zip(&mut self.places) {
+                *place = solver.position(node);
+            }
             self.brought
                 .resize(vertices.div_ceil(CHUNK), self.instant.wrapping_sub(1));
         }
@@ -185,7 +189,8 @@ impl Fine {
         if self.followed == self.instant {
             return;
         }
-        let position = |node| solver.position(node);
+        let (nodes, carried) = self.places.split_at_mut(solver.node_count());
+        let position = |node: u32| nodes[node as usize];
         for chunk in chunks {
             let Some(brought) = self.brought.get_mut(chunk as usize) else {
                 continue;
@@ -193,8 +198,8 @@ impl Fine {
             if std::mem::replace(brought, self.instant) == self.instant {
                 continue;
             }
-            let start = self.field.surface().chunk_start(chunk) as usize;
-            let slots = self.places.get_mut(start..start + CHUNK);
+            let start = chunk as usize * CHUNK;
+            let slots = carried.get_mut(start..start + CHUNK);
             if let (Some(slots), Some(places)) = (slots, self.field.chunk_places(chunk, position)) {
                 slots.copy_from_slice(&places);
             }

@@ -80,8 +80,8 @@ impl<'a> Skin<'a> {
     /// Where a vertex is, mm.
     pub fn place(&self, vertex: u32) -> Vec3 {
         match self.fine {
-            Some(fine) if !self.is_node(vertex) => fine.place(vertex),
-            _ => self.solver.position(vertex),
+            Some(fine) => fine.place(vertex),
+            None => self.solver.position(vertex),
         }
     }
 
@@ -196,22 +196,27 @@ impl<'a> Skin<'a> {
         if triangle.iter().all(|&vertex| self.is_node(vertex)) {
             return (TissuePoint::on_triangle(triangle, weights), Vec3::ZERO);
         }
-        let mut parts: Vec<(u32, f32)> = Vec::with_capacity(18);
-        for (vertex, share) in triangle.into_iter().zip(weights) {
+        // Six nodes a corner at most: on the stack, since each contact of a step asks for one.
+        let (mut parts, mut count) = ([(0, 0.0); 18], 0);
+        for (vertex, share) in triangle.into_iter().zip(weights).filter(|(_, share)| *share > 0.0) {
             for (node, weight) in self.carriers(vertex).parts() {
-                match parts.iter_mut().find(|(known, _)| *known == node) {
+                match parts[..count].iter_mut().find(|(known, _)| *known == node) {
                     Some((_, sum)) => *sum += share * weight,
-                    None => parts.push((node, share * weight)),
+                    None => {
+                        parts[count] = (node, share * weight);
+                        count += 1;
+                    }
                 }
             }
         }
-        parts.retain(|(_, weight)| *weight > 0.0);
-        parts.sort_by(|(a, first), (b, second)| second.total_cmp(first).then(a.cmp(b)));
-        parts.truncate(6);
+        let parts = &mut parts[..count];
+        parts.sort_unstable_by(|(a, first), (b, second)| second.total_cmp(first).then(a.cmp(b)));
+        let positive = parts.iter().take_while(|(_, weight)| *weight > 0.0).count();
+        let parts = &parts[..positive.min(6)];
         let sum: f32 = parts.iter().map(|(_, weight)| weight).sum();
         let (mut nodes, mut shares) = ([parts.first().map_or(0, |(node, _)| *node); 6], [0.0; 6]);
         let mut place = Vec3::ZERO;
-        for (n, (node, weight)) in parts.into_iter().enumerate() {
+        for (n, &(node, weight)) in parts.iter().enumerate() {
             (nodes[n], shares[n]) = (node, weight / sum);
             place += self.solver.position(node) * (weight / sum);
         }
