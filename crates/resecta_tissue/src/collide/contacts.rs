@@ -15,7 +15,7 @@ use super::{
     steady::Steady,
     surroundings::{Side, Surroundings, passes_through},
     sweep::PartSweep,
-    touch::{AT_REST_MM, Touch},
+    touch::{self, AT_REST_MM, Touch},
 };
 use crate::{skin::Skin, tool::ToolPartKind};
 
@@ -177,18 +177,19 @@ impl Search<'_> {
         };
         let mut surroundings = Surroundings::new(collider, skin, part.to, (&faces, &nearby.points), known);
         let mut candidates = Candidates::new(&collider.steady, self.number);
+        let mut corners = Corners::new(part);
         for (face, closest) in &faces {
-            let Some(push) = push(&mut surroundings, part, near, face, *closest) else {
+            let outward = face.normal();
+            let Some(push) = push(&mut surroundings, part, near, (face, outward), *closest) else {
                 continue;
             };
             let mut is_covered = false;
             if push.outside && self.pushes {
-                let near = corners_near(part, face);
+                let near = corners.near(face, outward, |vertex, touch| {
+                    candidates.add(self.corner(vertex, touch));
+                });
                 let at_corner = push.touch.closest.weights.iter().any(|weight| *weight > CORNER_WEIGHT);
-                is_covered = at_corner || near.iter().all(Option::is_some) && is_held_by(part, face, &near);
-                let near = face.vertices.into_iter().zip(near);
-                let near = near.filter_map(|(vertex, touch)| Some((vertex, touch?)));
-                near.for_each(|(vertex, touch)| candidates.add(self.corner(vertex, touch)));
+                is_covered = at_corner || is_held_by(part, face, near);
             }
             // Neither enforced nor told otherwise.
             if !is_covered || push.touch.depth() > -TOUCH_MM {
@@ -200,7 +201,8 @@ impl Search<'_> {
             false => surroundings.nearest_from_within(),
         };
         for nearest in within {
-            let push = Push::inward(part, &nearest.face, nearest.closest);
+            let face = (&nearest.face, nearest.face.normal());
+            let push = Push::inward(part, face, nearest.closest);
             candidates.add(self.face(&nearest.face, push.touch, true));
         }
         for points in &nearby.points {
@@ -369,9 +371,10 @@ impl<'a> Candidates<'a> {
     /// All of them, ordered by face and corner.
     fn chosen(&self) -> impl Iterator<Item = &Candidate> {
         let inside = self.inside.values().map(|inside| &inside.deepest);
-        let mut chosen: Vec<&Candidate> = self.at_nodes.iter().chain(inside).collect();
-        chosen.sort_unstable_by_key(|candidate| candidate.held);
-        chosen.into_iter()
+        let chosen = self.at_nodes.iter().chain(inside);
+        let mut chosen: Vec<(Held, &Candidate)> = chosen.map(|candidate| (candidate.held, candidate)).collect();
+        chosen.sort_unstable_by_key(|(held, _)| *held);
+        chosen.into_iter().map(|(_, candidate)| candidate)
     }
 }
 
@@ -386,16 +389,58 @@ fn most_of([a, b, c]: [NodeKind; 3]) -> NodeKind {
     }
 }
 
-/// The corners of a face that a part outside of it holds.
-fn corners_near(part: &PartSweep, face: &Face) -> [Option<Touch>; 3] {
-    let outward = face.normal();
-    face.corners
-        .map(|corner| Touch::of_vertex(part, corner, outward, part.radius + MARGIN_MM))
+/// The corners of faces that a part outside of them holds, each looked at once: some six faces share one.
+struct Corners<'a> {
+    part: &'a PartSweep,
+    known: HashMap<u32, Corner>,
 }
 
-/// Whether corners that a part holds keep all of their face out of it.
-fn is_held_by(part: &PartSweep, face: &Face, corners: &[Option<Touch>; 3]) -> bool {
-    let is_at_shaft = |touch: &Touch| touch.closest.share > 0.0 && touch.closest.share < 1.0;
+/// A corner of faces.
+struct Corner {
+    /// Where the part is nearest to it; none out of its reach.
+    closest: Option<ClosestPoints>,
+    /// Whether it was told, and no other face around it tells anything else.
+    is_told: bool,
+}
+
+impl<'a> Corners<'a> {
+    fn new(part: &'a PartSweep) -> Self {
+        Self {
+            part,
+            known: HashMap::default(),
+        }
+    }
+
+    /// Where along the part's axis it holds the corners of a face, `outward` being the face's normal: shares, none for a corner
+    /// that it does not hold. Calls back with what has not been told of them for another face.
+    fn near(&mut self, face: &Face, outward: Vec3, mut told: impl FnMut(u32, Touch)) -> [Option<f32>; 3] {
+        let part = self.part;
+        let mut shares = [None; 3];
+        for n in 0..3 {
+            let (vertex, place) = (face.vertices[n], face.corners[n]);
+            let corner = self.known.entry(vertex).or_insert_with(|| Corner {
+                closest: Touch::closest_to_vertex(part, place, part.radius + MARGIN_MM),
+                is_told: false,
+            });
+            let Some(closest) = corner.closest.filter(|closest| touch::faces(closest, outward)) else {
+                continue;
+            };
+            shares[n] = Some(closest.share);
+            if !corner.is_told {
+                corner.is_told = touch::is_straight(part, closest.share);
+                told(vertex, Touch::outside(part, closest, outward));
+            }
+        }
+        shares
+    }
+}
+
+/// Whether corners that a part holds at shares of its axis keep all of their face out of it.
+fn is_held_by(part: &PartSweep, face: &Face, corners: [Option<f32>; 3]) -> bool {
+    if corners.iter().any(Option::is_none) {
+        return false;
+    }
+    let is_at_shaft = |share: &f32| *share > 0.0 && *share < 1.0;
     let [a, b, c] = face.corners;
     let longest = |along: Vec3| {
         let across = |edge: Vec3| (edge - along * edge.dot(along)).length();
@@ -422,10 +467,10 @@ struct Push {
 
 impl Push {
     /// Tissue goes inward, behind the part.
-    fn inward(part: &PartSweep, face: &Face, closest: ClosestPoints) -> Push {
+    fn inward(part: &PartSweep, (face, outward): (&Face, Vec3), closest: ClosestPoints) -> Push {
         let touch = Touch {
             closest,
-            normal: -face.normal(),
+            normal: -outward,
             reach: part.radius,
             is_inward: true,
         };
@@ -442,10 +487,9 @@ fn push(
     surroundings: &mut Surroundings,
     part: &PartSweep,
     near: f32,
-    face: &Face,
+    (face, outward): (&Face, Vec3),
     closest: ClosestPoints,
 ) -> Option<Push> {
-    let outward = face.normal();
     if outward == Vec3::ZERO {
         return None;
     }
@@ -461,7 +505,7 @@ fn push(
     if passes_through(&closest) {
         // The axis passes through the face: tissue goes inward, out of its way.
         let was_through = || passes_through(&segment_triangle(part.from.a, part.from.b, face.corners));
-        return (!part.may_lie_in_tissue() || !was_through()).then(|| Push::inward(part, face, closest));
+        return (!part.may_lie_in_tissue() || !was_through()).then(|| Push::inward(part, (face, outward), closest));
     }
     if side >= 0.0 {
         return separated();
@@ -473,7 +517,7 @@ fn push(
     // Inside. If the pass began before this face, it was passed on the way: it is pushed ahead of the part.
     let before = segment_triangle(part.from.a, part.from.b, face.corners);
     // Otherwise it may be the nearest to some point of the axis, and is moved past the part on that account.
-    (outward.dot(before.on_segment - before.on_triangle) >= 0.0).then(|| Push::inward(part, face, closest))
+    (outward.dot(before.on_segment - before.on_triangle) >= 0.0).then(|| Push::inward(part, (face, outward), closest))
 }
 
 #[cfg(test)]

@@ -281,21 +281,28 @@ impl Patches {
             };
             for &vertex in triangles.iter().flat_map(|(_, vertices)| vertices) {
                 match skin.chunk(vertex) {
-                    Some((chunk, number)) => run.chunks.push(ChunkPart {
-                        chunk,
-                        used: 1 << number,
-                    }),
+                    Some((chunk, number)) => {
+                        // A run has its vertices in a few chunks.
+                        let used = 1 << number;
+                        match run.chunks.iter_mut().find(|known| known.chunk == chunk) {
+                            Some(known) => known.used |= used,
+                            None => run.chunks.push(ChunkPart { chunk, used }),
+                        }
+                    }
                     None => run.nodes.push(vertex),
                 }
             }
-            merge(&mut run.chunks);
+            run.chunks.sort_unstable();
             run.nodes.sort_unstable();
             run.nodes.dedup();
-            let homes = run.chunks.iter().filter_map(|part| skin.chunk_home(part.chunk));
-            let homes = homes.flat_map(|home| skin.solver().pentahedron_nodes(home));
-            patch.carriers.extend(homes.chain(run.nodes.iter().copied()));
+            patch.carriers.extend(&run.nodes);
             patch.runs.push(run);
         }
+        let chunks = patch.runs.iter().flat_map(|run| &run.chunks);
+        let mut homes: Vec<u32> = chunks.filter_map(|part| skin.chunk_home(part.chunk)).collect();
+        homes.dedup();
+        let carriers = homes.iter().flat_map(|&home| skin.solver().pentahedron_nodes(home));
+        patch.carriers.extend(carriers);
         patch.carriers.sort_unstable();
         patch.carriers.dedup();
         for &node in &patch.carriers {

@@ -23,6 +23,16 @@ const WALL_SLOPE: f32 = 0.7;
 /// Points ahead of a round tip and nearer to its axis than this share of its radius are pushed ahead.
 const NO_SIDE_SHARE: f32 = 0.2;
 
+/// Whether what a part touches there gives way straight from the axis, whichever way it faces: all but what a sheath has ahead.
+pub fn is_straight(part: &PartSweep, share: f32) -> bool {
+    part.kind != ToolPartKind::Sheath || share > 0.0 && share < 1.0
+}
+
+/// Whether tissue faces the point of the axis nearest to one of it, `outward` being the direction out of the tissue there.
+pub fn faces(closest: &ClosestPoints, outward: Vec3) -> bool {
+    outward.dot(closest.on_triangle - closest.on_segment) <= 0.0
+}
+
 /// The points of a part and of the tissue that touch, and the direction in which the tissue gives way.
 #[derive(Debug, Clone, Copy)]
 pub struct Touch {
@@ -38,21 +48,25 @@ impl Touch {
     /// How a part outside of the tissue touches a vertex of it, if it comes within `range` of its axis. `outward` is the
     /// direction out of the tissue there.
     pub fn of_vertex(part: &PartSweep, point: Vec3, outward: Vec3, range: f32) -> Option<Touch> {
+        let closest = Touch::closest_to_vertex(part, point, range)?;
+        faces(&closest, outward).then(|| Touch::outside(part, closest, outward))
+    }
+
+    /// The point of a part nearest to a vertex, if the vertex is within `range` of its axis and not on it.
+    pub fn closest_to_vertex(part: &PartSweep, point: Vec3, range: f32) -> Option<ClosestPoints> {
         let share = part.to.share_nearest(point);
         let on_segment = part.to.at(share);
-        let away = point - on_segment;
-        let squared = away.length_squared();
-        if squared > range * range || squared <= NO_DIRECTION_MM * NO_DIRECTION_MM || outward.dot(away) > 0.0 {
+        let squared = (point - on_segment).length_squared();
+        if squared > range * range || squared <= NO_DIRECTION_MM * NO_DIRECTION_MM {
             return None;
         }
         // All three vertices of the contact are this one, so one weight is enough.
-        let closest = ClosestPoints {
+        Some(ClosestPoints {
             share,
             on_segment,
             weights: [1.0, 0.0, 0.0],
             on_triangle: point,
-        };
-        Some(Touch::outside(part, closest, outward))
+        })
     }
 
     /// Tissue gives way straight from the axis; but a wall that runs along a sheath is spread by the sheath's round tip
@@ -66,10 +80,9 @@ impl Touch {
             is_inward: false,
         };
         let forward = match closest.share {
-            _ if part.kind != ToolPartKind::Sheath => return straight,
+            _ if is_straight(part, closest.share) => return straight,
             0.0 => (part.to.a - part.to.b).normalize_or_zero(),
-            1.0 => (part.to.b - part.to.a).normalize_or_zero(),
-            _ => return straight,
+            _ => (part.to.b - part.to.a).normalize_or_zero(),
         };
         let ahead = forward.dot(away);
         let sideways = away - forward * ahead;
