@@ -1,6 +1,6 @@
 //! Closest points of a segment and a triangle.
 
-use bevy::math::Vec3;
+use bevy::math::{Vec3, Vec4, Vec4Swizzles};
 
 /// The closest points of a segment and a triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,13 +32,12 @@ pub fn segment_triangle(a: Vec3, b: Vec3, triangle: [Vec3; 3]) -> ClosestPoints 
     let along = b - a;
     let squared = along.length_squared();
     let is_beside = |corner: &Vec3| (0.0..=squared).contains(&(*corner - a).dot(along));
-    let edges = [(0, 1), (1, 2), (2, 0)].map(|ends| segment_edge(a, b, triangle, ends));
+    let edge = nearest_edge(a, b, triangle);
     if squared > 0.0 && triangle.iter().all(is_beside) {
-        return nearest_of(edges);
+        return edge;
     }
-    let [one, two, three] = edges;
     let ends = [(a, 0.0), (b, 1.0)].map(|(end, share)| point_triangle(end, triangle).at_share(share));
-    nearest_of([ends[0], ends[1], one, two, three])
+    nearest_of([ends[0], ends[1], edge])
 }
 
 /// The nearest of some closest points; of equally near ones the first.
@@ -54,17 +53,78 @@ fn nearest_of<const N: usize>(all: [ClosestPoints; N]) -> ClosestPoints {
     best
 }
 
-/// The closest points of the segment `a`-`b` and an edge of a triangle.
-fn segment_edge(a: Vec3, b: Vec3, triangle: [Vec3; 3], (i, j): (usize, usize)) -> ClosestPoints {
-    let (share, along) = segment_segment(a, b, triangle[i], triangle[j]);
+/// Vectors of the three edges of a triangle, by component; the last lane repeats the first edge.
+#[derive(Clone, Copy)]
+struct Edges([Vec4; 3]);
+
+impl Edges {
+    fn every(vector: Vec3) -> Edges {
+        Edges(vector.to_array().map(Vec4::splat))
+    }
+
+    fn dot(self, other: Edges) -> Vec4 {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.0[axis] * other.0[axis]);
+        x + y + z
+    }
+
+    fn minus(self, other: Edges) -> Edges {
+        Edges([0, 1, 2].map(|axis| self.0[axis] - other.0[axis]))
+    }
+
+    /// As `Vec3::lerp`.
+    fn lerp(self, to: Edges, share: Vec4) -> Edges {
+        Edges([0, 1, 2].map(|axis| self.0[axis] * (1.0 - share) + to.0[axis] * share))
+    }
+
+    fn of(self, edge: usize) -> Vec3 {
+        Vec3::from_array(self.0.map(|component| component[edge]))
+    }
+}
+
+/// The closest points of the segment `a`-`b` and the edges of a triangle (Ericson, 5.1.9), of equally near ones those of the
+/// first edge. All three edges are worked on at a time, without a branch.
+fn nearest_edge(a: Vec3, b: Vec3, [p, q, r]: [Vec3; 3]) -> ClosestPoints {
+    const TINY: f32 = 1e-12;
+    let corner = |[p, q, r]: [f32; 3]| Vec4::new(p, q, r, p);
+    let from = Edges([0, 1, 2].map(|axis| corner([p[axis], q[axis], r[axis]])));
+    let to = Edges(from.0.map(|component| component.yzxy()));
+    let (along, edge, apart) = (Edges::every(b - a), to.minus(from), Edges::every(a).minus(from));
+    let clamped = |shares: Vec4| shares.max(Vec4::ZERO).min(Vec4::ONE);
+    let (d, e, f) = (Vec4::splat((b - a).length_squared()), edge.dot(edge), edge.dot(apart));
+    let (c, g) = (along.dot(apart), along.dot(edge));
+    let is_edge = e.cmpgt(Vec4::splat(TINY));
+    let denominator = d * e - g * g;
+    // Parallel segments: any share of the first will do.
+    let is_aslant = denominator.cmpgt(TINY * d * e);
+    let share = Vec4::select(is_aslant, clamped((g * f - c * e) / denominator), Vec4::ZERO);
+    // Where the edge itself ends before, the segment is nearest to its end.
+    let free = Vec4::select(is_edge, (g * share + f) / e, Vec4::NEG_ONE);
+    let along_edge = clamped(free);
+    let share = Vec4::select(free.cmpeq(along_edge), share, clamped((g * along_edge - c) / d));
+    let is_point = d.x <= TINY;
+    let share = if is_point { Vec4::ZERO } else { share };
+    let along_edge = match is_point {
+        true => Vec4::select(is_edge, clamped(f / e), Vec4::ZERO),
+        false => along_edge,
+    };
+    let on_segment = Edges::every(a).lerp(Edges::every(b), share);
+    let on_edge = from.lerp(to, along_edge);
+    let away = on_segment.minus(on_edge);
+    let squared = away.dot(away);
+    let mut best = 0;
+    for edge in 1..3 {
+        if squared[edge] < squared[best] {
+            best = edge;
+        }
+    }
     let mut weights = [0.0; 3];
-    weights[i] = 1.0 - along;
-    weights[j] = along;
+    weights[best] = 1.0 - along_edge[best];
+    weights[(best + 1) % 3] = along_edge[best];
     ClosestPoints {
-        share,
-        on_segment: a.lerp(b, share),
+        share: share[best],
+        on_segment: on_segment.of(best),
         weights,
-        on_triangle: triangle[i].lerp(triangle[j], along),
+        on_triangle: on_edge.of(best),
     }
 }
 
@@ -139,36 +199,6 @@ fn crossing(a: Vec3, b: Vec3, triangle: [Vec3; 3]) -> Option<ClosestPoints> {
         weights,
         on_triangle: point,
     })
-}
-
-/// Shares along two segments where they are closest (Ericson, 5.1.9).
-fn segment_segment(p1: Vec3, q1: Vec3, p2: Vec3, q2: Vec3) -> (f32, f32) {
-    let (d1, d2, r) = (q1 - p1, q2 - p2, p1 - p2);
-    let (a, e, f) = (d1.length_squared(), d2.length_squared(), d2.dot(r));
-    const TINY: f32 = 1e-12;
-    if a <= TINY {
-        return (0.0, if e <= TINY { 0.0 } else { (f / e).clamp(0.0, 1.0) });
-    }
-    let c = d1.dot(r);
-    if e <= TINY {
-        return ((-c / a).clamp(0.0, 1.0), 0.0);
-    }
-    let b = d1.dot(d2);
-    let denominator = a * e - b * b;
-    // Parallel segments: any share of the first will do.
-    let s = if denominator > TINY * a * e {
-        ((b * f - c * e) / denominator).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    let t = (b * s + f) / e;
-    if t < 0.0 {
-        ((-c / a).clamp(0.0, 1.0), 0.0)
-    } else if t > 1.0 {
-        (((b - c) / a).clamp(0.0, 1.0), 1.0)
-    } else {
-        (s, t)
-    }
 }
 
 #[cfg(test)]
