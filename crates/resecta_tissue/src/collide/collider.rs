@@ -543,7 +543,7 @@ mod tests {
                 }
                 let Tissue { solver, fine, .. } = &mut tissue;
                 let hit = kept.first_hit(solver, fine.as_mut(), a, b - a);
-                let of_all = first_of_all(&Skin::of(&tissue), &Ray { from: a, direction: b - a });
+                let of_all = first_of_all(&Skin::of(&tissue), &Ray::new(a, b - a));
                 prop_assert_eq!(hit, of_all);
                 let skin = Skin::of(&tissue);
                 let mut anew = Collider::default();

@@ -23,8 +23,10 @@ const DIRECTIONS: [Vec3; 3] = [
 ];
 
 pub(super) struct Ray {
-    pub from: Vec3,
-    pub direction: Vec3,
+    from: Vec3,
+    direction: Vec3,
+    /// 1 over each component of the direction: boxes are many.
+    inverse: Vec3,
 }
 
 impl Collider {
@@ -37,7 +39,7 @@ impl Collider {
         }
         let mut fine = fine;
         let mut tells_inside = |direction: Vec3| {
-            let ray = Ray { from: point, direction };
+            let ray = Ray::new(point, direction);
             // How often the ray leaves the surface more often than it enters.
             let mut leaves = 0;
             self.crossings(solver, fine.as_deref_mut(), &ray, |_, outward| leaves += outward);
@@ -61,7 +63,7 @@ impl Collider {
         from: Vec3,
         direction: Vec3,
     ) -> Option<f32> {
-        let ray = Ray { from, direction };
+        let ray = Ray::new(from, direction);
         let mut first = None;
         self.crossings(solver, fine, &ray, |share, _| {
             first = Some(first.map_or(share, |first: f32| first.min(share)));
@@ -99,8 +101,16 @@ impl Collider {
 }
 
 impl Ray {
+    pub fn new(from: Vec3, direction: Vec3) -> Self {
+        Self {
+            from,
+            direction,
+            inverse: 1.0 / direction,
+        }
+    }
+
     fn meets_box(&self, low: Vec3, high: Vec3) -> bool {
-        let (one, other) = ((low - self.from) / self.direction, (high - self.from) / self.direction);
+        let (one, other) = ((low - self.from) * self.inverse, (high - self.from) * self.inverse);
         let (enters, leaves) = (one.min(other).max_element(), one.max(other).min_element());
         enters <= leaves && leaves >= 0.0
     }
@@ -116,11 +126,15 @@ impl Ray {
         }
         let to_ray = self.from - a;
         let u = to_ray.dot(normal) / volume;
+        // Most triangles are passed on this side already.
+        if !(0.0..=1.0).contains(&u) {
+            return None;
+        }
         let turned = to_ray.cross(along);
         let v = self.direction.dot(turned) / volume;
         let t = across.dot(turned) / volume;
         // The triple product of the edges and the ray is less than 0 where the ray goes with the normal.
         let outward = if volume < 0.0 { 1 } else { -1 };
-        (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some((t, outward))
+        (v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some((t, outward))
     }
 }
