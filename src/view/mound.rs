@@ -43,8 +43,8 @@ struct Mound {
     gland: Entity,
     /// Its top at rest, mm.
     top: Vec3,
-    /// The triangles of the gland's mesh that it covers, and how often that mesh had been built when they were looked up.
-    triangles: Vec<[u32; 3]>,
+    /// Its corners, and how often the gland's mesh had been built when they were looked up.
+    corners: Vec<Corner>,
     looked_up: Option<usize>,
     /// The state of motion and of the instrument that it was raised in, and how far between two steps.
     raised: Option<(u64, InstrumentState, f32)>,
@@ -68,11 +68,11 @@ fn add_mound(
         Mound {
             gland: active.tissue,
             top: top.as_vec3(),
-            triangles: Vec::new(),
+            corners: Vec::new(),
             looked_up: None,
             raised: None,
         },
-        Mesh3d(meshes.add(Patch::default().mesh())),
+        Mesh3d(meshes.add(mesh_of(None, &[]))),
         material.clone(),
         RenderLayers::layer(ENDOSCOPE_LAYER),
         NoFrustumCulling,
@@ -127,17 +127,27 @@ fn raise(
         let Some(surface) = meshes.get(&gland.0).and_then(Surface::of) else {
             continue;
         };
-        if mound.looked_up != built {
-            mound.triangles = surface.around(mound.top);
-            mound.looked_up = built;
-        }
         mound.raised = Some(now);
-        let mut patch = Patch::default();
-        for &triangle in &mound.triangles {
-            patch.raise(&surface, triangle, mound.top, room);
+        let mut anew = None;
+        if mound.looked_up != built {
+            mound.looked_up = built;
+            mound.corners = surface.corners(mound.top);
+            anew = Some(mesh_of(Some(&surface), &mound.corners));
         }
-        if let Some(mut mesh) = meshes.get_mut(&shown.0) {
-            *mesh = patch.mesh();
+        if mound.corners.is_empty() && anew.is_none() {
+            continue;
+        }
+        let raised = mound.corners.iter().map(|corner| corner.raised(&surface, room));
+        let (places, normals): (Vec<[f32; 3]>, Vec<[f32; 3]>) = raised.unzip();
+        let Some(mut mesh) = meshes.get_mut(&shown.0) else {
+            continue;
+        };
+        if let Some(anew) = anew {
+            *mesh = anew;
+        }
+        if !places.is_empty() {
+            mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, places);
+            mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, normals);
         }
     }
 }
@@ -184,9 +194,13 @@ impl<'a> Surface<'a> {
     fn around(&self, top: Vec3) -> Vec<[u32; 3]> {
         let reach = Vec3::new(SIDE_MM, SIDE_MM, DOWN_MM) + 2.0;
         let is_near = |&vertex: &u32| {
-            let ([x, y], [z, _]) = (self.rest[0][vertex as usize], self.rest[1][vertex as usize]);
-            let is_mucosa = self.colours[vertex as usize][3] > 0.5 * (palette::MUCOSA + palette::CUT);
-            is_mucosa && (Vec3::new(x, y, z) - top).abs().cmple(reach).all()
+            let [z, _] = self.rest[1][vertex as usize];
+            // Along the gland first: most of it is above or below.
+            (z - top.z).abs() <= reach.z && {
+                let [x, y] = self.rest[0][vertex as usize];
+                let is_mucosa = self.colours[vertex as usize][3] > 0.5 * (palette::MUCOSA + palette::CUT);
+                is_mucosa && (x - top.x).abs() <= reach.x && (y - top.y).abs() <= reach.y
+            }
         };
         let (triangles, _) = self.indices.as_chunks::<3>();
         let near = triangles.iter().filter(|triangle| triangle.iter().all(is_near));
@@ -194,6 +208,23 @@ impl<'a> Surface<'a> {
         let is_raised =
             |&&triangle: &&[u32; 3]| parts().any(|weights| height(self.rest(triangle, weights) - top).0 > 0.0);
         near.filter(is_raised).copied().collect()
+    }
+
+    /// The corners of the mound about a top, triangle by triangle.
+    fn corners(&self, top: Vec3) -> Vec<Corner> {
+        let triangles = self.around(top).into_iter();
+        let corners = triangles.flat_map(|triangle| {
+            parts().map(move |weights| {
+                let (high, slope) = height(self.rest(triangle, weights) - top);
+                Corner {
+                    triangle,
+                    weights,
+                    high,
+                    slope,
+                }
+            })
+        });
+        corners.collect()
     }
 
     /// Where a point of a triangle is at rest, mm.
@@ -215,65 +246,75 @@ fn between<const N: usize>(values: &[[f32; N]], triangle: [u32; 3], weights: [f3
     std::array::from_fn(|n| a[n] * weights[0] + b[n] * weights[1] + c[n] * weights[2])
 }
 
-/// A mesh like the gland's.
-#[derive(Default)]
-struct Patch {
-    places: Vec<[f32; 3]>,
-    normals: Vec<[f32; 3]>,
-    colours: Vec<[f32; 4]>,
-    rest: [Vec<[f32; 2]>; 2],
-    indices: Vec<u32>,
+/// A corner of the parts that a triangle of the gland's mesh is divided into.
+struct Corner {
+    triangle: [u32; 3],
+    weights: [f32; 3],
+    /// Its height above the surface where there is room, mm, and how that rises.
+    high: f32,
+    slope: Vec3,
 }
 
-impl Patch {
-    /// Adds a triangle of the surface, divided and raised as far as there is room above it.
-    fn raise(&mut self, surface: &Surface, triangle: [u32; 3], top: Vec3, room: impl Fn(Vec3) -> f32) {
-        let first = self.places.len() as u32;
-        for weights in parts() {
-            let place = Vec3::from(between(surface.places, triangle, weights));
-            let normal = Vec3::from(between(surface.normals, triangle, weights)).normalize_or(Vec3::Z);
-            let (high, slope) = height(surface.rest(triangle, weights) - top);
-            let share = if high > 0.0 { (room(place) / high).min(1.0) } else { 0.0 };
-            let slope = slope * share;
-            let leaning = (normal - (slope - normal * slope.dot(normal))).normalize_or(normal);
-            self.places.push((place + normal * (high * share)).to_array());
-            self.normals.push(leaning.to_array());
-            self.colours.push(between(surface.colours, triangle, weights));
-            for (all, one) in self.rest.iter_mut().zip(surface.rest) {
-                all.push(between(one, triangle, weights));
-            }
+impl Corner {
+    /// Its place and normal, raised as far as there is room above it.
+    fn raised(&self, surface: &Surface, room: impl Fn(Vec3) -> f32) -> ([f32; 3], [f32; 3]) {
+        let (triangle, weights) = (self.triangle, self.weights);
+        let place = Vec3::from(between(surface.places, triangle, weights));
+        let normal = Vec3::from(between(surface.normals, triangle, weights)).normalize_or(Vec3::Z);
+        if self.high <= 0.0 {
+            return (place.to_array(), normal.to_array());
         }
-        let start = |row: usize| first + (row * (row + 1) / 2) as u32;
-        for row in 0..PARTS {
-            for column in 0..=row as u32 {
-                let (above, below) = (start(row) + column, start(row + 1) + column);
-                self.indices.extend([above, below, below + 1]);
-                if column > 0 {
-                    self.indices.extend([above, above - 1, below]);
-                }
-            }
-        }
+        let share = (room(place) / self.high).min(1.0);
+        let slope = self.slope * share;
+        let leaning = (normal - (slope - normal * slope.dot(normal))).normalize_or(normal);
+        ((place + normal * (self.high * share)).to_array(), leaning.to_array())
     }
+}
 
-    fn mesh(mut self) -> Mesh {
-        if self.places.is_empty() {
-            // A mesh of nothing cannot be drawn; one of no size is not seen.
-            self.places = vec![[0.0; 3]; 3];
-            self.normals = vec![[0.0, 0.0, 1.0]; 3];
-            self.colours = vec![[0.0; 4]; 3];
-            self.rest = [vec![[0.0; 2]; 3], vec![[0.0; 2]; 3]];
-            self.indices = vec![0, 1, 2];
+/// A mesh like the gland's of a mound with these corners, to be raised.
+fn mesh_of(surface: Option<&Surface>, corners: &[Corner]) -> Mesh {
+    let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default());
+    let Some(surface) = surface.filter(|_| !corners.is_empty()) else {
+        // A mesh of nothing cannot be drawn; one of no size is not seen.
+        mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0; 3]; 3]);
+        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, vec![[0.0, 0.0, 1.0]; 3]);
+        mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, vec![[0.0; 4]; 3]);
+        for attribute in [Mesh::ATTRIBUTE_UV_0, Mesh::ATTRIBUTE_UV_1] {
+            mesh.insert_attribute(attribute, vec![[0.0; 2]; 3]);
         }
-        let [across, along] = self.rest;
-        let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default());
-        mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, self.places);
-        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, self.normals);
-        mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, self.colours);
-        mesh.insert_attribute(Mesh::ATTRIBUTE_UV_0, across);
-        mesh.insert_attribute(Mesh::ATTRIBUTE_UV_1, along);
-        mesh.insert_indices(Indices::U32(self.indices));
-        mesh
+        mesh.insert_indices(Indices::U32(vec![0, 1, 2]));
+        return mesh;
+    };
+    let colours = corners
+        .iter()
+        .map(|corner| between(surface.colours, corner.triangle, corner.weights));
+    mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, colours.collect::<Vec<_>>());
+    for (attribute, rest) in [Mesh::ATTRIBUTE_UV_0, Mesh::ATTRIBUTE_UV_1]
+        .into_iter()
+        .zip(surface.rest)
+    {
+        let rest = corners
+            .iter()
+            .map(|corner| between(rest, corner.triangle, corner.weights));
+        mesh.insert_attribute(attribute, rest.collect::<Vec<_>>());
     }
+    let triangles = 0..corners.len() / parts().count();
+    mesh.insert_indices(Indices::U32(triangles.flat_map(part_indices).collect()));
+    mesh
+}
+
+/// The corners of the parts of a triangle, by its number.
+fn part_indices(triangle: usize) -> impl Iterator<Item = u32> {
+    let first = triangle * parts().count();
+    let start = move |row: usize| first + row * (row + 1) / 2;
+    let rows = (0..PARTS).flat_map(|row| (0..=row).map(move |column| (row, column)));
+    let indices = rows.flat_map(move |(row, column)| {
+        let (above, below) = (start(row) + column, start(row + 1) + column);
+        let pointing_up = [above, below, below + 1];
+        let pointing_down = (column > 0).then_some([above, above - 1, below]);
+        std::iter::once(pointing_up).chain(pointing_down).flatten()
+    });
+    indices.map(|index| index as u32)
 }
 
 #[cfg(test)]
@@ -311,11 +352,14 @@ mod tests {
         };
         assert_eq!(surface.around(Vec3::ZERO), [[0, 1, 2]]);
         assert!(surface.around(Vec3::X * (SIDE_MM + 1.0)).is_empty(), "near, and flat");
+        let corners = surface.corners(Vec3::ZERO);
+        let mesh = mesh_of(Some(&surface), &corners);
+        let indices: Vec<usize> = mesh.indices().expect("it has some").iter().collect();
+        assert_eq!(indices.len(), 3 * PARTS * PARTS);
+        assert!(indices.iter().all(|&index| index < corners.len()));
         let highest = |room: f32| {
-            let mut patch = Patch::default();
-            patch.raise(&surface, [0, 1, 2], Vec3::ZERO, |_| room);
-            assert_eq!(patch.indices.len(), 3 * PARTS * PARTS);
-            patch.places.iter().map(|place| place[2]).fold(0.0, f32::max)
+            let places = corners.iter().map(|corner| corner.raised(&surface, |_| room).0);
+            places.map(|place| place[2]).fold(0.0, f32::max)
         };
         assert_eq!(highest(0.0), 0.0);
         assert!((highest(0.5) - 0.5).abs() < 1e-6);

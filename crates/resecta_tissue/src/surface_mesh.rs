@@ -159,8 +159,10 @@ pub(crate) fn rebuild_meshes(
             } else {
                 if recoloured {
                     state.write_colours(&skin, &paint, &mut mesh);
+                    diagnostics.meshes_rebuilt += 1;
+                } else {
+                    diagnostics.meshes_moved += 1;
                 }
-                diagnostics.meshes_moved += 1;
             }
             state.write_positions(&skin, &mut mesh);
             if let Some(between) = &mut between {
