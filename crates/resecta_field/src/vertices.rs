@@ -12,6 +12,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
+use resecta_solver::with_widest_registers;
 
 use crate::changes::Marked;
 use crate::lanes;
@@ -337,10 +338,15 @@ impl Vertices {
 
     /// Where the vertices are with the nodes at `positions`, one a node.
     pub fn places(&self, mesh: &Mesh, positions: &[Vec3], out: &mut Vec<Vec3>) {
-        self.by_chunk(
-            out,
-            |nodes| nodes.copy_from_slice(positions),
-            |chunk| self.chunk_places(mesh, chunk, |node| positions[node as usize]),
+        with_widest_registers(
+            #[inline(always)]
+            || {
+                self.by_chunk(
+                    out,
+                    |nodes| nodes.copy_from_slice(positions),
+                    |chunk| self.chunk_places(mesh, chunk, |node| positions[node as usize]),
+                );
+            },
         );
     }
 
@@ -357,9 +363,14 @@ impl Vertices {
                 };
             }
         };
-        self.by_chunk(out, at_nodes, |chunk| {
-            self.chunk_normals(mesh, chunk, |node| positions[node as usize])
-        });
+        with_widest_registers(
+            #[inline(always)]
+            || {
+                self.by_chunk(out, at_nodes, |chunk| {
+                    self.chunk_normals(mesh, chunk, |node| positions[node as usize])
+                });
+            },
+        );
     }
 
     /// Fills a list of one vector a slot: the nodes at once, the others by chunk, zero for those of a free one.

@@ -78,3 +78,4 @@ pub use sweep::{LoopPose, LoopSweep};
 pub use tissue::{EditError, NodeKind, SpringState, Tissue};
 pub use validate::Inconsistency;
 pub use watch::{DEFAULT_ERROR_AIM_MM, Effort};
+pub use widest::with_widest_registers;

@@ -16,11 +16,32 @@ pub(crate) trait Widened {
 }
 
 /// Runs the work with the widest instructions there are.
+#[inline]
 pub(crate) fn with_widest<W: Widened>(work: W) -> W::Output {
     with_level(Level::new(), work)
 }
 
+/// Runs work made of plain loops, and all that is inlined into it, compiled for the widest vector instructions that the processor
+/// has. Results have the same bits with each. The closure must be inlined by force.
+#[inline(always)]
+pub fn with_widest_registers<R>(work: impl FnOnce() -> R) -> R {
+    with_widest(Plain(work))
+}
+
+/// Work that names no registers.
+struct Plain<W>(W);
+
+impl<R, W: FnOnce() -> R> Widened for Plain<W> {
+    type Output = R;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> R {
+        (self.0)()
+    }
+}
+
 /// Runs it with instructions that the processor has.
+#[inline]
 pub(crate) fn with_level<W: Widened>(level: Level, work: W) -> W::Output {
     match level {
         #[cfg(target_arch = "x86_64")]

@@ -23,6 +23,7 @@ impl ClosestPoints {
 }
 
 /// Closest points of the segment `a`-`b` and a triangle. Degenerate segments and triangles are fine.
+#[inline(always)]
 pub fn segment_triangle(a: Vec3, b: Vec3, triangle: [Vec3; 3]) -> ClosestPoints {
     if let Some(crossing) = crossing(a, b, triangle) {
         return crossing;
@@ -83,6 +84,7 @@ impl Edges {
 
 /// The closest points of the segment `a`-`b` and the edges of a triangle (Ericson, 5.1.9), of equally near ones those of the
 /// first edge. All three edges are worked on at a time, without a branch.
+#[inline(always)]
 fn nearest_edge(a: Vec3, b: Vec3, [p, q, r]: [Vec3; 3]) -> ClosestPoints {
     const TINY: f32 = 1e-12;
     let corner = |[p, q, r]: [f32; 3]| Vec4::new(p, q, r, p);
@@ -181,6 +183,7 @@ impl ClosestPoints {
 }
 
 /// Where the segment passes through the inside of the triangle.
+#[inline(always)]
 fn crossing(a: Vec3, b: Vec3, triangle: [Vec3; 3]) -> Option<ClosestPoints> {
     let [p, q, r] = triangle;
     let normal = (q - p).cross(r - p);

@@ -211,6 +211,7 @@ impl Collider {
 
     /// Finds what may lie within `range` of an axis, in some runs. In patches whose faces are so small (by their longest
     /// edge, mm) that their corners stand for them, only the faces within `crossed` of the axis.
+    #[inline(always)]
     pub(crate) fn near_axis(
         &self,
         skin: &Skin,
@@ -342,6 +343,7 @@ impl Near {
     }
 
     /// Whether a point of a box may be within `range` of the axis.
+    #[inline(always)]
     fn is_near(&self, low: Vec3, high: Vec3, range: f32) -> bool {
         let apart = (low - self.high).max(self.low - high).max_element();
         apart <= range && share_and_reach(&self.axis, range, low, high).is_some()
@@ -357,7 +359,7 @@ fn stretch_near(axis: &Axis, range: f32, mins: Vec3, maxs: Vec3) -> Option<(f32,
 
 /// Where an axis is nearest to the centre of a box, as a share, and how near the centre must be for a point of the box to be
 /// within `range`; none if it is not.
-#[inline]
+#[inline(always)]
 fn share_and_reach(axis: &Axis, range: f32, mins: Vec3, maxs: Vec3) -> Option<(f32, f32)> {
     let (centre, half) = (0.5 * (mins + maxs), 0.5 * (maxs - mins));
     // The distance from the axis to the box is at least that to its centre less half its diagonal.

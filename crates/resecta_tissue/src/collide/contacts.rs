@@ -6,7 +6,7 @@ use bevy::{
     platform::collections::{HashMap, hash_map::Entry},
     prelude::*,
 };
-use resecta_solver::{Contact, NodeKind};
+use resecta_solver::{Contact, NodeKind, with_widest_registers};
 
 use super::{
     closest::{ClosestPoints, segment_triangle},
@@ -151,6 +151,14 @@ impl Search<'_> {
     /// Puts the contacts of the part at the end of `found`: faces by ascending slot, at most one each, then corners by
     /// ascending vertex, since later contacts win. Of what a pentahedron carries inside it the deepest is enough.
     pub fn find(&self, nearby: &mut Nearby, found: &mut Vec<Found>) {
+        with_widest_registers(
+            #[inline(always)]
+            || self.find_all(nearby, found),
+        );
+    }
+
+    #[inline(always)]
+    fn find_all(&self, nearby: &mut Nearby, found: &mut Vec<Found>) {
         let Search {
             collider, skin, part, ..
         } = *self;
@@ -214,6 +222,7 @@ impl Search<'_> {
     }
 
     /// Of some vertices of a chunk that the part touches or nearly does, the one that it pushes furthest.
+    #[inline(always)]
     fn deepest_of(&self, points: &ChunkPart) -> Option<(u32, Touch)> {
         let (skin, part) = (self.skin, self.part);
         let range = part.radius + MARGIN_MM;
@@ -231,6 +240,7 @@ impl Search<'_> {
         touches.reduce(|best, other| if other.1.depth() > best.1.depth() { other } else { best })
     }
 
+    #[inline(always)]
     fn face(&self, face: &Face, touch: Touch, is_held: bool) -> Candidate {
         Candidate {
             held: Held::Face { slot: face.slot },
@@ -242,6 +252,7 @@ impl Search<'_> {
         }
     }
 
+    #[inline(always)]
     fn corner(&self, vertex: u32, touch: Touch) -> Candidate {
         let pentahedron = self.skin.home(vertex);
         Candidate {
@@ -254,6 +265,7 @@ impl Search<'_> {
         }
     }
 
+    #[inline(always)]
     fn record(&self, candidate: &Candidate) -> Found {
         let Candidate { vertices, touch, .. } = *candidate;
         let enforced = candidate.is_held && self.pushes;
@@ -413,6 +425,7 @@ impl<'a> Corners<'a> {
 
     /// Where along the part's axis it holds the corners of a face, `outward` being the face's normal: shares, none for a corner
     /// that it does not hold. Calls back with what has not been told of them for another face.
+    #[inline(always)]
     fn near(&mut self, face: &Face, outward: Vec3, mut told: impl FnMut(u32, Touch)) -> [Option<f32>; 3] {
         let part = self.part;
         let mut shares = [None; 3];
@@ -436,6 +449,7 @@ impl<'a> Corners<'a> {
 }
 
 /// Whether corners that a part holds at shares of its axis keep all of their face out of it.
+#[inline(always)]
 fn is_held_by(part: &PartSweep, face: &Face, corners: [Option<f32>; 3]) -> bool {
     if corners.iter().any(Option::is_none) {
         return false;
@@ -483,6 +497,7 @@ impl Push {
 }
 
 /// How the part pushes a face near it: from where, and in which direction.
+#[inline(always)]
 fn push(
     surroundings: &mut Surroundings,
     part: &PartSweep,

@@ -47,12 +47,14 @@ pub struct Touch {
 impl Touch {
     /// How a part outside of the tissue touches a vertex of it, if it comes within `range` of its axis. `outward` is the
     /// direction out of the tissue there.
+    #[inline(always)]
     pub fn of_vertex(part: &PartSweep, point: Vec3, outward: Vec3, range: f32) -> Option<Touch> {
         let closest = Touch::closest_to_vertex(part, point, range)?;
         faces(&closest, outward).then(|| Touch::outside(part, closest, outward))
     }
 
     /// The point of a part nearest to a vertex, if the vertex is within `range` of its axis and not on it.
+    #[inline(always)]
     pub fn closest_to_vertex(part: &PartSweep, point: Vec3, range: f32) -> Option<ClosestPoints> {
         let share = part.to.share_nearest(point);
         let on_segment = part.to.at(share);
@@ -71,6 +73,7 @@ impl Touch {
 
     /// Tissue gives way straight from the axis; but a wall that runs along a sheath is spread by the sheath's round tip
     /// rather than driven ahead of it, as a lumen is that a sheath enters.
+    #[inline(always)]
     pub fn outside(part: &PartSweep, closest: ClosestPoints, outward: Vec3) -> Touch {
         let away = closest.on_triangle - closest.on_segment;
         let straight = Touch {

@@ -38,8 +38,13 @@ impl Collider {
             return false;
         }
         let mut fine = fine;
+        // Away from the middle, which way is shortest out.
+        let side = match self.bounds() {
+            Some((low, high)) => (point - 0.5 * (low + high)).map(f32::signum),
+            None => Vec3::ONE,
+        };
         let mut tells_inside = |direction: Vec3| {
-            let ray = Ray::new(point, direction);
+            let ray = Ray::new(point, direction * side);
             // How often the ray leaves the surface more often than it enters.
             let mut leaves = 0;
             self.crossings(solver, fine.as_deref_mut(), &ray, |_, outward| leaves += outward);
