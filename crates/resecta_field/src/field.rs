@@ -160,6 +160,7 @@ impl Field {
 
     /// Where the vertices of a chunk are ([`Surface::chunk`]) with every node at its `position`, mm; none for a chunk
     /// without vertices. Meaningless in free slots.
+    #[inline(always)]
     pub fn chunk_places(&self, chunk: u32, position: impl Fn(u32) -> Vec3) -> Option<[Vec3; CHUNK]> {
         self.surface.vertices.owner(chunk)?;
         Some((self.surface.vertices).chunk_places(&self.mesh, chunk as usize, position))

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, VecDeque};
 use bevy::prelude::*;
 use resecta_anatomy::wedge;
 use resecta_field::{CHUNK, Chip, ChipMaking, Field, FieldError, Holds, LoopStroke, Surface, SurfaceKind, Tool};
-use resecta_solver::{LoopSweep, NodeKind};
+use resecta_solver::{LoopSweep, NodeKind, with_widest_registers};
 
 use crate::change_log::{ChangeLog, ChangesSince};
 
@@ -191,19 +191,24 @@ impl Fine {
         }
         let (nodes, carried) = self.places.split_at_mut(solver.node_count());
         let position = |node: u32| nodes[node as usize];
-        for chunk in chunks {
-            let Some(brought) = self.brought.get_mut(chunk as usize) else {
-                continue;
-            };
-            if std::mem::replace(brought, self.instant) == self.instant {
-                continue;
-            }
-            let start = chunk as usize * CHUNK;
-            let slots = carried.get_mut(start..start + CHUNK);
-            if let (Some(slots), Some(places)) = (slots, self.field.chunk_places(chunk, position)) {
-                slots.copy_from_slice(&places);
-            }
-        }
+        with_widest_registers(
+            #[inline(always)]
+            || {
+                for chunk in chunks {
+                    let Some(brought) = self.brought.get_mut(chunk as usize) else {
+                        continue;
+                    };
+                    if std::mem::replace(brought, self.instant) == self.instant {
+                        continue;
+                    }
+                    let start = chunk as usize * CHUNK;
+                    let slots = carried.get_mut(start..start + CHUNK);
+                    if let (Some(slots), Some(places)) = (slots, self.field.chunk_places(chunk, position)) {
+                        slots.copy_from_slice(&places);
+                    }
+                }
+            },
+        );
     }
 
     /// Brings all vertices to where the tissue is.

@@ -171,6 +171,7 @@ impl<'a> Skin<'a> {
     }
 
     /// Where the vertices of a chunk would be if the nodes were elsewhere, mm.
+    #[inline(always)]
     pub fn chunk_places(&self, chunk: u32, place: impl Fn(u32) -> Vec3) -> Option<[Vec3; CHUNK]> {
         self.fine?.field().chunk_places(chunk, place)
     }

@@ -60,10 +60,18 @@ impl Default for Collider {
 /// What is near a part.
 #[derive(Debug, Default)]
 pub struct Nearby {
-    /// Faces, by rising slot.
-    pub faces: Vec<Face>,
+    faces: Vec<Face>,
+    /// A face's slot, and its number below: by rising slot.
+    order: Vec<u64>,
     /// Vertices that stand for the faces around them.
     pub points: Vec<ChunkPart>,
+}
+
+impl Nearby {
+    /// The faces, by rising slot.
+    pub fn faces(&self) -> impl ExactSizeIterator<Item = &Face> {
+        self.order.iter().map(|&ordered| &self.faces[ordered as u32 as usize])
+    }
 }
 
 /// A run of triangles, with what tells whether it is near: the parts of a tool go through hundreds of them, which lie together here.
@@ -241,7 +249,14 @@ impl Collider {
                 }));
             }
         }
-        found.faces.sort_unstable_by_key(|face| face.slot);
+        // By numbers of their own: faces are long.
+        found.order.clear();
+        found.order.extend(
+            (0..)
+                .zip(&found.faces)
+                .map(|(number, face)| u64::from(face.slot) << 32 | number),
+        );
+        found.order.sort_unstable();
         patches::merge(&mut found.points);
     }
 

@@ -175,7 +175,7 @@ impl Search<'_> {
             are_points,
             nearby,
         );
-        let faces = nearby.faces.iter();
+        let faces = nearby.faces();
         let faces: Vec<(Face, ClosestPoints)> = faces
             .map(|face| (*face, segment_triangle(part.to.a, part.to.b, face.corners)))
             .collect();
@@ -184,8 +184,8 @@ impl Search<'_> {
             false => crossed,
         };
         let mut surroundings = Surroundings::new(collider, skin, part.to, (&faces, &nearby.points), known);
-        let mut candidates = Candidates::new(&collider.steady, self.number);
-        let mut corners = Corners::new(part);
+        let mut candidates = Candidates::new(&collider.steady, self.number, faces.len());
+        let mut corners = Corners::new(part, faces.len());
         for (face, closest) in &faces {
             let outward = face.normal();
             let Some(push) = push(&mut surroundings, part, near, (face, outward), *closest) else {
@@ -320,12 +320,12 @@ struct Inside {
 }
 
 impl<'a> Candidates<'a> {
-    fn new(before: &'a Steady, number: (u32, u32)) -> Self {
+    fn new(before: &'a Steady, number: (u32, u32), faces: usize) -> Self {
         Candidates {
             before,
             number,
-            at_nodes: Vec::new(),
-            of_held: HashMap::default(),
+            at_nodes: Vec::with_capacity(faces),
+            of_held: HashMap::with_capacity(faces),
             inside: HashMap::default(),
         }
     }
@@ -416,10 +416,10 @@ struct Corner {
 }
 
 impl<'a> Corners<'a> {
-    fn new(part: &'a PartSweep) -> Self {
+    fn new(part: &'a PartSweep, faces: usize) -> Self {
         Self {
             part,
-            known: HashMap::default(),
+            known: HashMap::with_capacity(faces),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use bevy::{platform::collections::HashMap, prelude::*};
 use resecta_field::CHUNK;
+use resecta_solver::with_widest_registers;
 
 use crate::skin::{Skin, SkinVersion};
 
@@ -342,7 +343,15 @@ impl Patches {
 
     /// Gives the patches whose bounds are out of date others, of where `place` puts the nodes, and calls back with each:
     /// its number and bounds, none where it has no triangle left.
-    pub fn refresh(
+    pub fn refresh(&mut self, skin: &Skin, place: impl Fn(u32) -> Vec3, told: impl FnMut(u32, Option<(Vec3, Vec3)>)) {
+        with_widest_registers(
+            #[inline(always)]
+            || self.refresh_all(skin, place, told),
+        );
+    }
+
+    #[inline(always)]
+    fn refresh_all(
         &mut self,
         skin: &Skin,
         place: impl Fn(u32) -> Vec3,

@@ -91,9 +91,12 @@ impl Collider {
             fine.bring(solver, chunks.map(|part| part.chunk));
         }
         let skin = Skin::new(solver, fine.as_deref());
-        let faces = runs.into_iter().flat_map(|run| faces(run, &skin));
-        for (share, outward) in faces.filter_map(|face| ray.crossing(face.corners)) {
-            met(share, outward);
+        for run in runs {
+            for face in faces(run, &skin) {
+                if let Some((share, outward)) = ray.crossing(face.corners) {
+                    met(share, outward);
+                }
+            }
         }
     }
 
@@ -122,6 +125,7 @@ impl Ray {
 
     /// Where the ray meets a triangle that is outward by the right-hand rule, as a share of its direction, and 1 where it leaves
     /// through it, -1 where it enters (Möller and Trumbore's test).
+    #[inline]
     pub fn crossing(&self, [a, b, c]: [Vec3; 3]) -> Option<(f32, i32)> {
         let (along, across) = (b - a, c - a);
         let normal = self.direction.cross(across);
