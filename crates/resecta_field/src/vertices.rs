@@ -338,12 +338,14 @@ impl Vertices {
 
     /// Where the vertices are with the nodes at `positions`, one a node.
     pub fn places(&self, mesh: &Mesh, positions: &[Vec3], out: &mut Vec<Vec3>) {
+        let at_nodes = |out: &mut [Vec3]| out.copy_from_slice(positions);
         with_widest_registers(
             #[inline(always)]
             || {
                 self.by_chunk(
                     out,
-                    |nodes| nodes.copy_from_slice(positions),
+                    at_nodes,
+                    #[inline(always)]
                     |chunk| self.chunk_places(mesh, chunk, |node| positions[node as usize]),
                 );
             },
@@ -366,9 +368,12 @@ impl Vertices {
         with_widest_registers(
             #[inline(always)]
             || {
-                self.by_chunk(out, at_nodes, |chunk| {
-                    self.chunk_normals(mesh, chunk, |node| positions[node as usize])
-                });
+                self.by_chunk(
+                    out,
+                    at_nodes,
+                    #[inline(always)]
+                    |chunk| self.chunk_normals(mesh, chunk, |node| positions[node as usize]),
+                );
             },
         );
     }

@@ -130,7 +130,7 @@ impl Held {
 impl Motion {
     /// Brings a contact's point to its side of the plane at `time` (0 to 1 over the advance) and takes the velocity that goes
     /// against the plane's own.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn hold(&mut self, held: &Held, time: f32) {
         let (normal, parts, compliance) = (held.normal, &held.parts[..held.count], held.compliance);
         let along = |vectors: &Vectors| -> f32 {

@@ -243,10 +243,12 @@ impl Collider {
                 false => range,
             };
             if is_near(within) {
-                found.faces.extend(faces(self.run(run), skin).filter(|face| {
+                for face in faces(self.run(run), skin) {
                     let bounds = bounds(&face.corners);
-                    near.is_near(bounds.mins, bounds.maxs, within)
-                }));
+                    if near.is_near(bounds.mins, bounds.maxs, within) {
+                        found.faces.push(face);
+                    }
+                }
             }
         }
         // By numbers of their own: faces are long.

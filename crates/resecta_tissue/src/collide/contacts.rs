@@ -175,10 +175,11 @@ impl Search<'_> {
             are_points,
             nearby,
         );
-        let faces = nearby.faces();
-        let faces: Vec<(Face, ClosestPoints)> = faces
-            .map(|face| (*face, segment_triangle(part.to.a, part.to.b, face.corners)))
-            .collect();
+        // A plain loop: what collects is compiled for itself, for narrow registers.
+        let mut faces: Vec<(Face, ClosestPoints)> = Vec::with_capacity(nearby.faces().len());
+        for face in nearby.faces() {
+            faces.push((*face, segment_triangle(part.to.a, part.to.b, face.corners)));
+        }
         let known = match nearby.points.is_empty() {
             true => near_or_crossed,
             false => crossed,
@@ -218,7 +219,9 @@ impl Search<'_> {
                 candidates.add(self.corner(vertex, touch));
             }
         }
-        found.extend(candidates.chosen().map(|candidate| self.record(candidate)));
+        for candidate in candidates.chosen() {
+            found.push(self.record(candidate));
+        }
     }
 
     /// Of some vertices of a chunk that the part touches or nearly does, the one that it pushes furthest.
