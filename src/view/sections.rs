@@ -1,7 +1,7 @@
 //! What the section of the outside view shows inside the gland: its zones and the marked region, on the plane that it is cut
 //! open at.
 //!
-//! The section is made anew whenever the gland has moved, from the pentahedra that the plane goes through: of those that were
+//! The section is made anew when the gland has moved, in every fourth frame, from the pentahedra that the plane goes through: of those that were
 //! cut finely, what is kept of them. Looking at every node once tells which these are.
 
 use std::collections::BTreeSet;
@@ -32,6 +32,9 @@ pub fn plugin(app: &mut App) {
 /// would hang on rounding.
 const BESIDE_MM: f32 = 0.05;
 
+/// It follows the gland in every so many frames: what it is made of moves by tenths of a millimetre in one.
+const FRAMES: u32 = 4;
+
 /// The section of a gland.
 #[derive(Component)]
 struct Section {
@@ -41,6 +44,8 @@ struct Section {
     colours: Vec<LinearRgba>,
     /// What it was made of: the version of the motion, and whether and which state of a fine surface.
     state: Option<(u64, Option<u64>, usize)>,
+    /// Frames since it was made.
+    frames: u32,
 }
 
 fn add_section(
@@ -80,6 +85,7 @@ fn add_section(
         },
         colours: (0..solver.pentahedron_count() as u32).map(colour).collect(),
         state: None,
+        frames: FRAMES,
     };
     let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default());
     section.draw_on(&mut mesh, tissue);
@@ -104,7 +110,8 @@ fn redraw(
         return;
     }
     for (mut section, mesh) in &mut sections {
-        let Ok(tissue) = glands.get(section.gland) else {
+        section.frames = section.frames.saturating_add(1);
+        let Some(tissue) = glands.get(section.gland).ok().filter(|_| section.frames >= FRAMES) else {
             continue;
         };
         let solver = tissue.solver();
@@ -117,6 +124,7 @@ fn redraw(
             continue;
         };
         section.state = Some(state);
+        section.frames = 0;
         section.draw_on(&mut mesh, tissue);
     }
 }

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 
 use crate::{
-    collide::{Axis, Collider, DEPTH_LIMIT_MM},
+    collide::{Axis, Collider, Face, reach_mm},
     components::Tissue,
     skin::Skin,
 };
@@ -36,21 +36,25 @@ pub(crate) fn probe(mut tissues: Query<(&mut Tissue, &mut Collider)>, mut probes
     for (tissue, collider) in &mut ordered {
         collider.update(&Skin::of(tissue));
     }
+    // The face that was nearest to the probe before, a tissue: probes are often near each other.
+    let mut known: Vec<Option<Face>> = vec![None; ordered.len()];
     for mut probe in &mut probes {
         let mut answer = TissueProbe {
             point: probe.point,
             ..default()
         };
         let point = probe.point;
-        for (tissue, collider) in ordered.iter_mut().filter(|_| point.is_finite()) {
+        let tissues = ordered.iter_mut().zip(&mut known);
+        for ((tissue, collider), known) in tissues.filter(|_| point.is_finite()) {
             let Tissue { solver, fine, .. } = &mut **tissue;
             answer.inside |= collider.holds(solver, fine.as_mut(), point);
             if let Some(fine) = fine {
-                let around = (Axis { a: point, b: point }, DEPTH_LIMIT_MM);
+                let around = (Axis { a: point, b: point }, reach_mm(point, known.as_ref()));
                 let runs = collider.runs_near(std::iter::once(around));
                 fine.bring(solver, collider.chunks_of(&runs));
             }
-            let nearest = collider.nearest_face(&Skin::of(tissue), point, None);
+            let nearest = collider.nearest_face(&Skin::of(tissue), point, known.as_ref());
+            *known = nearest.map(|nearest| nearest.face).or(*known);
             let Some(place) = nearest.map(|nearest| nearest.closest.on_triangle) else {
                 continue;
             };

@@ -283,7 +283,7 @@ impl Collider {
     /// which side it is on.
     pub(crate) fn nearest_face(&self, skin: &Skin, point: Vec3, known: Option<&Face>) -> Option<Nearest> {
         let away = |face: &Face| point_triangle(point, face.corners);
-        let mut nearest = known.map_or(DEPTH_LIMIT_MM, |face| away(face).distance().min(DEPTH_LIMIT_MM));
+        let mut nearest = reach_mm(point, known);
         // Those that were as near as any when they were looked at.
         let mut candidates: Vec<(Face, ClosestPoints)> = Vec::new();
         let to_box = |low: Vec3, high: Vec3| point.distance(point.clamp(low, high));
@@ -332,6 +332,13 @@ impl Collider {
         }
         best.map(|(_, nearest)| nearest)
     }
+}
+
+/// How far from a point the face nearest to it may be, mm, if one is known.
+pub(crate) fn reach_mm(point: Vec3, known: Option<&Face>) -> f32 {
+    known.map_or(DEPTH_LIMIT_MM, |face| {
+        point_triangle(point, face.corners).distance().min(DEPTH_LIMIT_MM)
+    })
 }
 
 /// The triangles of a run where they are now.

@@ -21,7 +21,7 @@ use resecta_solver::{Contact, NodeKind};
 
 pub(crate) use self::{
     closest::segment_triangle,
-    collider::{Collider, DEPTH_LIMIT_MM},
+    collider::{Collider, Face, reach_mm},
     contacts::Found,
     sweep::{Axis, ToolMotion},
 };
@@ -162,7 +162,9 @@ pub(crate) fn integrate(
                             &mut found,
                         );
                         // Later contacts win: whether found now or before, they keep the order of the parts.
-                        found.sort_by_key(|found| (found.tool, found.part));
+                        if !found.is_sorted_by_key(|found| (found.tool, found.part)) {
+                            found.sort_by_key(|found| (found.tool, found.part));
+                        }
                     }
                     collider.steady.hold_still(pass.number, &mut found, &tissue.solver);
                     contacts.extend(found.iter().filter_map(|found| found.contact_in(pass.number)));
