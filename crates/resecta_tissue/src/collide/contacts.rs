@@ -432,8 +432,7 @@ impl<'a> Corners<'a> {
     fn near(&mut self, face: &Face, outward: Vec3, mut told: impl FnMut(u32, Touch)) -> [Option<f32>; 3] {
         let part = self.part;
         let mut shares = [None; 3];
-        for n in 0..3 {
-            let (vertex, place) = (face.vertices[n], face.corners[n]);
+        for (share, (vertex, place)) in shares.iter_mut().zip(face.vertices.into_iter().zip(face.corners)) {
             let corner = self.known.entry(vertex).or_insert_with(|| Corner {
                 closest: Touch::closest_to_vertex(part, place, part.radius + MARGIN_MM),
                 is_told: false,
@@ -441,7 +440,7 @@ impl<'a> Corners<'a> {
             let Some(closest) = corner.closest.filter(|closest| touch::faces(closest, outward)) else {
                 continue;
             };
-            shares[n] = Some(closest.share);
+            *share = Some(closest.share);
             if !corner.is_told {
                 corner.is_told = touch::is_straight(part, closest.share);
                 told(vertex, Touch::outside(part, closest, outward));
