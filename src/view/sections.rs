@@ -111,7 +111,10 @@ fn redraw(
     }
     for (mut section, mesh) in &mut sections {
         section.frames = section.frames.saturating_add(1);
-        let Some(tissue) = glands.get(section.gland).ok().filter(|_| section.frames >= FRAMES) else {
+        if section.frames < FRAMES {
+            continue;
+        }
+        let Ok(tissue) = glands.get(section.gland) else {
             continue;
         };
         let solver = tissue.solver();

@@ -338,17 +338,11 @@ impl Vertices {
 
     /// Where the vertices are with the nodes at `positions`, one a node.
     pub fn places(&self, mesh: &Mesh, positions: &[Vec3], out: &mut Vec<Vec3>) {
-        let at_nodes = |out: &mut [Vec3]| out.copy_from_slice(positions);
-        with_widest_registers(
+        self.by_chunk(
+            out,
+            |nodes| nodes.copy_from_slice(positions),
             #[inline(always)]
-            || {
-                self.by_chunk(
-                    out,
-                    at_nodes,
-                    #[inline(always)]
-                    |chunk| self.chunk_places(mesh, chunk, |node| positions[node as usize]),
-                );
-            },
+            |chunk| self.chunk_places(mesh, chunk, |node| positions[node as usize]),
         );
     }
 
@@ -365,31 +359,32 @@ impl Vertices {
                 };
             }
         };
-        with_widest_registers(
+        self.by_chunk(
+            out,
+            at_nodes,
             #[inline(always)]
-            || {
-                self.by_chunk(
-                    out,
-                    at_nodes,
-                    #[inline(always)]
-                    |chunk| self.chunk_normals(mesh, chunk, |node| positions[node as usize]),
-                );
-            },
+            |chunk| self.chunk_normals(mesh, chunk, |node| positions[node as usize]),
         );
     }
 
-    /// Fills a list of one vector a slot: the nodes at once, the others by chunk, zero for those of a free one.
+    /// Fills a list of one vector a slot: the nodes at once, the others by chunk, zero for those of a free one. What
+    /// tells of a chunk is to be inlined by force.
     #[inline(always)]
     fn by_chunk(&self, out: &mut Vec<Vec3>, at_nodes: impl Fn(&mut [Vec3]), of: impl Fn(usize) -> [Vec3; LANES]) {
         out.resize(self.len(), Vec3::ZERO);
         let (nodes, carried) = out.split_at_mut(self.nodes);
         at_nodes(nodes);
-        for (chunk, out) in carried.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
-            *out = match self.owners[chunk] {
-                NONE => [Vec3::ZERO; LANES],
-                _ => of(chunk),
-            };
-        }
+        with_widest_registers(
+            #[inline(always)]
+            || {
+                for (chunk, out) in carried.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+                    *out = match self.owners[chunk] {
+                        NONE => [Vec3::ZERO; LANES],
+                        _ => of(chunk),
+                    };
+                }
+            },
+        );
     }
 
     /// Bytes that stand for vertices other than nodes.

@@ -75,13 +75,14 @@ impl Contact {
 
 /// A contact made ready for an advance: where its nodes lie and how they share its way are looked up once, not every substep.
 #[derive(Debug, Clone)]
-pub(crate) struct Held {
-    /// The nodes that count; copies of the first past the last.
+pub(crate) struct Hold {
+    /// The nodes that count, so many of them.
     parts: [Part; 6],
     count: usize,
+    /// The sum of weight times share, 1/g; above 0.
     compliance: f32,
     normal: Vec3,
-    /// mm.
+    /// Of the plane when the advance begins, mm.
     offset_start: f32,
     /// How far the plane goes in the advance, mm, and how fast, mm/s.
     way: f32,
@@ -93,14 +94,14 @@ pub(crate) struct Held {
 struct Part {
     place: Place,
     weight: f32,
-    /// Its weight times its inverse inertia: over the compliance, which part of the contact's way it goes.
+    /// Its weight times its inverse inertia, 1/g: over the compliance, which part of the contact's way it goes.
     share: f32,
 }
 
-impl Held {
+impl Hold {
     /// The contact, in an advance of that duration, the nodes sharing its way by weight and inverse inertia; none if it has
     /// none that moves.
-    pub fn new(contact: &Contact, duration_s: f32, inverse_inertia: &Scalars) -> Option<Held> {
+    pub fn new(contact: &Contact, duration_s: f32, inverse_inertia: &Scalars) -> Option<Hold> {
         let (mut parts, mut count) = ([Part::default(); 6], 0);
         for ((node, weight), part) in contact.point.parts().zip(&mut parts) {
             *part = Part {
@@ -115,7 +116,7 @@ impl Held {
             return None;
         }
         let way = contact.offset_end - contact.offset_start;
-        Some(Held {
+        Some(Hold {
             parts,
             count,
             compliance,
@@ -131,7 +132,7 @@ impl Motion {
     /// Brings a contact's point to its side of the plane at `time` (0 to 1 over the advance) and takes the velocity that goes
     /// against the plane's own.
     #[inline(always)]
-    pub(crate) fn hold(&mut self, held: &Held, time: f32) {
+    pub(crate) fn hold(&mut self, held: &Hold, time: f32) {
         let (normal, parts, compliance) = (held.normal, &held.parts[..held.count], held.compliance);
         let along = |vectors: &Vectors| -> f32 {
             let parts = parts.iter();

@@ -9,7 +9,7 @@ use std::ops::Range;
 use fearless_simd::{Simd, f32x8, prelude::*};
 
 use crate::bound::Plan;
-use crate::contact;
+use crate::contact::Hold;
 use crate::held::Held;
 use crate::kick::{Kick, Kicks};
 use crate::marks::Marks;
@@ -99,8 +99,7 @@ impl Widened for Run<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        self.tissue.begin(self.plan);
-        self.tissue.take_hold(self.plan, self.contacts);
+        self.tissue.begin(self.plan, self.contacts);
         for substep in 1..=self.plan.substeps {
             self.tissue.substep(simd, self.plan, substep);
         }
@@ -114,7 +113,7 @@ pub(crate) struct Scratch {
     pub forces: Vectors,
     pub external: Vectors,
     /// The contacts of the advance under way.
-    pub contacts: Vec<contact::Held>,
+    pub contacts: Vec<Hold>,
     /// The motion before it.
     pub start: Motion,
     pub kicks: Kicks,
@@ -297,9 +296,10 @@ impl Tissue {
         });
     }
 
-    /// Loads and coefficients; the sums of forces begin with the loads.
+    /// Loads, coefficients and contacts; the sums of forces begin with the loads.
     #[inline(always)]
-    pub(crate) fn begin(&mut self, plan: Plan) {
+    pub(crate) fn begin(&mut self, plan: Plan, contacts: &[Contact]) {
+        self.take_hold(plan, contacts);
         let scratch = &mut self.scratch;
         scratch.kicks.prepare(plan.substep_s, self.weighing.round, &self.nodes);
         let (load, balance) = (&self.nodes.load.values, &self.nodes.balance.values);
@@ -352,7 +352,7 @@ impl Tissue {
         let inverse_inertia = &self.nodes.inverse_inertia;
         let held = contacts
             .iter()
-            .filter_map(|contact| contact::Held::new(contact, duration_s, inverse_inertia));
+            .filter_map(|contact| Hold::new(contact, duration_s, inverse_inertia));
         self.scratch.contacts.clear();
         self.scratch.contacts.extend(held);
     }

@@ -61,8 +61,7 @@ impl Widened for RunWithCare<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Vec<PutAside> {
         let RunWithCare { tissue, plan, contacts } = self;
-        tissue.begin(plan);
-        tissue.take_hold(plan, contacts);
+        tissue.begin(plan, contacts);
         let mut put_aside = Vec::new();
         for substep in 1..=plan.substeps {
             let before = tissue.motion.clone();

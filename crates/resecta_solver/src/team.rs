@@ -454,8 +454,7 @@ impl Tissue {
     /// Makes the substeps of a plan with the team.
     pub(crate) fn run_by_team(&mut self, plan: Plan, contacts: &[Contact]) {
         let Some(mut team) = self.team.take() else { return };
-        self.begin(plan);
-        self.take_hold(plan, contacts);
+        self.begin(plan, contacts);
         // What is not a part's own is done between stretches, by one thread.
         let alone = contacts.is_empty() && self.collapse.steps().next().is_none() && !self.sleep.is_any_asleep();
         let length = if alone { plan.substeps } else { 1 };

@@ -50,7 +50,7 @@ pub struct TissueDiagnostics {
     pub inconsistencies: usize,
     /// Meshes moved in place, over all steps.
     pub meshes_moved: usize,
-    /// Meshes whose vertices and indices were rebuilt, over all steps.
+    /// Meshes whose vertices and indices, or whose colours, were written anew, over all steps.
     pub meshes_rebuilt: usize,
 }
 

@@ -7,6 +7,7 @@
 mod closest;
 mod collider;
 mod contacts;
+mod nearest;
 mod patches;
 mod steady;
 mod surroundings;
@@ -21,8 +22,9 @@ use resecta_solver::{Contact, NodeKind};
 
 pub(crate) use self::{
     closest::segment_triangle,
-    collider::{Collider, Face, reach_mm},
+    collider::{Collider, Face},
     contacts::Found,
+    nearest::reach_mm,
     sweep::{Axis, ToolMotion},
 };
 use self::{

@@ -4,7 +4,8 @@ use bevy::math::Vec3;
 
 use super::{
     closest::ClosestPoints,
-    collider::{Collider, DEPTH_LIMIT_MM, Face, Nearest, TIE_MM},
+    collider::{Collider, DEPTH_LIMIT_MM, Face, TIE_MM},
+    nearest::Nearest,
     patches::ChunkPart,
     sweep::Axis,
     touch::NO_DIRECTION_MM,
