@@ -27,26 +27,31 @@ impl Plane {
 
     /// The plane's section through a whole pentahedron with its corners at these places, as triangles in either sense.
     pub fn through_whole(&self, corners: [Vec3; 6], found: &mut impl FnMut([Vec3; 3])) {
-        self.through_prism(corners.map(|corner| corner.extend(1.0)), found);
+        through_prism(corners.map(|corner| self.corner(corner.extend(1.0))), found);
     }
 
-    /// Of a prism whose corners have places (xyz) and values (w), what is kept.
-    fn through_prism(&self, corners: [Vec4; 6], found: &mut impl FnMut([Vec3; 3])) {
-        let beyond = corners.map(|corner| self.beyond_mm(corner.truncate()));
-        let ahead = beyond.iter().filter(|beyond| **beyond > 0.0).count();
-        // Most prisms of a pentahedron lie on one side.
-        if ahead == 0 || ahead == beyond.len() {
-            return;
-        }
-        for tetrahedron in TETRAHEDRA {
-            let corner = |n: usize| (corners[tetrahedron[n]], beyond[tetrahedron[n]]);
-            through_tetrahedron(std::array::from_fn(corner), found);
-        }
+    fn corner(&self, point: Vec4) -> Corner {
+        (point, self.beyond_mm(point.truncate()))
     }
 }
 
-/// Of a tetrahedron whose corners lie so far beyond a plane, mm, what is kept of the section.
-fn through_tetrahedron(mut corners: [(Vec4, f32); 4], found: &mut impl FnMut([Vec3; 3])) {
+/// The place (xyz) and value (w) of a corner, and how far it lies beyond the plane, mm.
+type Corner = (Vec4, f32);
+
+/// Of a prism, what is kept of the section.
+fn through_prism(corners: [Corner; 6], found: &mut impl FnMut([Vec3; 3])) {
+    let ahead = corners.iter().filter(|(_, beyond)| *beyond > 0.0).count();
+    // Most prisms of a pentahedron lie on one side.
+    if ahead == 0 || ahead == corners.len() {
+        return;
+    }
+    for tetrahedron in TETRAHEDRA {
+        through_tetrahedron(tetrahedron.map(|corner| corners[corner]), found);
+    }
+}
+
+/// Of a tetrahedron, what is kept of the section.
+fn through_tetrahedron(mut corners: [Corner; 4], found: &mut impl FnMut([Vec3; 3])) {
     // Those beyond the plane first, each side in its order: the sort is stable, and so short a one allocates nothing.
     corners.sort_by_key(|(_, beyond)| *beyond <= 0.0);
     let ahead = corners.iter().filter(|(_, beyond)| *beyond > 0.0).count();
@@ -109,13 +114,14 @@ impl Field {
         let carrier = self.mesh.carrier(pentahedron, position);
         let (sub, points) = (self.mesh.sub(pentahedron), self.points.of(pentahedron));
         let values = points.iter().map(|&point| self.points.values[point as usize]);
-        let places: Vec<Vec4> = (sub.near_places.iter().zip(values))
-            .map(|(&place, value)| carrier.at_one(place).extend(value))
+        // Some six prisms share a point.
+        let points: Vec<Corner> = (sub.near_places.iter().zip(values))
+            .map(|(&place, value)| plane.corner(carrier.at_one(place).extend(value)))
             .collect();
         for prism in &sub.prisms {
-            let corners = prism.map(|point| places[point as usize]);
-            if corners.iter().any(|corner| corner.w > 0.0) {
-                plane.through_prism(corners, &mut found);
+            let corners = prism.map(|point| points[point as usize]);
+            if corners.iter().any(|(corner, _)| corner.w > 0.0) {
+                through_prism(corners, &mut found);
             }
         }
     }

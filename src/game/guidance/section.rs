@@ -88,17 +88,30 @@ impl Raster {
             return;
         }
         let last = high.min(Vec2::splat(side - 1.0));
+        if low.cmpgt(last).any() {
+            // Many are so small that no pixel's middle is theirs.
+            return;
+        }
         let turn = (b - a).perp_dot(c - a).signum();
         let edges = [(a, b), (b, c), (c, a)].map(|(from, to)| (from, turn * (to - from).normalize_or_zero()));
         let mut y = low.y;
         while y <= last.y {
-            let mut x = low.x;
-            while x <= last.x {
-                let at = Vec2::new(x, y);
-                if edges.iter().all(|&(from, along)| along.perp_dot(at - from) >= -SEAM) {
-                    self.pixels[y as usize * self.side + x as usize] = colour;
+            // Each edge bounds the row on one side: inside is where `along × (at - from) ≥ -SEAM`.
+            let (mut left, mut right) = (low.x, last.x);
+            for (from, along) in edges {
+                let room = along.x * (y - from.y) + SEAM;
+                if along.y > 0.0 {
+                    right = right.min(from.x + room / along.y);
+                } else if along.y < 0.0 {
+                    left = left.max(from.x + room / along.y);
+                } else if room < 0.0 {
+                    right = -1.0;
                 }
-                x += 1.0;
+            }
+            let (left, right) = (left.ceil(), right.floor());
+            if left <= right {
+                let row = y as usize * self.side;
+                self.pixels[row + left as usize..=row + right as usize].fill(colour);
             }
             y += 1.0;
         }

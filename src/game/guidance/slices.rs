@@ -1,7 +1,7 @@
 //! The transverse slice at the loop, with the instrument in it, and the row of slices along the gland, the present one lit.
 //!
-//! Sections are pictures, made anew at [`REFRESH_S`] where the tissue or the loop's height changed: the slice at the loop each
-//! time, one of the row in turn. Contours and the instrument are drawn over them in every frame.
+//! Sections are pictures, made anew where the tissue or the loop's height changed, one every [`REFRESH_S`]: the slice at the loop
+//! every second time, between them one of the row in turn. Contours and the instrument are drawn over them in every frame.
 
 use std::f32::consts::TAU;
 
@@ -25,7 +25,7 @@ use super::{
 };
 
 /// Time between two pictures, s.
-const REFRESH_S: f32 = 0.2;
+const REFRESH_S: f32 = 0.1;
 /// Slices in the row.
 const ROW: usize = 8;
 /// Sides of the pictures, pixels.
@@ -51,7 +51,7 @@ pub struct Slices {
     row: Vec<Slice>,
     /// Time until the next picture, s.
     still_s: f32,
-    /// The next of the row.
+    /// The next: where it is even the slice at the loop, else that of the row with half the number.
     turn: usize,
     /// For which removed volume the shares hold, mm³.
     shares_of_mm3: Option<f64>,
@@ -164,18 +164,20 @@ pub fn refresh(
         shares_of_mm3,
         ..
     } = &mut *slices;
-    if (current.height_mm - height).abs() > MOVED_MM || current.capsule.is_empty() {
-        current.move_to(&active, height);
+    if turn.is_multiple_of(2) {
+        if (current.height_mm - height).abs() > MOVED_MM || current.capsule.is_empty() {
+            current.move_to(&active, height);
+        }
+        current.draw(context, &active, tissue, frame, LARGE);
     }
-    current.draw(context, &active, tissue, frame, LARGE);
     // Until all were drawn once, all of the row: the first moment of a run stands still anyway.
     let is_new = row.iter().any(|slice| slice.picture.is_none());
     for (n, slice) in row.iter_mut().enumerate() {
-        if is_new || n == *turn {
+        if is_new || *turn == 2 * n + 1 {
             slice.draw(context, &active, tissue, frame, SMALL);
         }
     }
-    *turn = (*turn + 1) % row.len().max(1);
+    *turn = (*turn + 1) % (2 * ROW);
     let removed = tissue.solver().removed_volume_mm3();
     // Once a round, and only where something is gone.
     if *turn == 0 && *shares_of_mm3 != Some(removed) || shares_of_mm3.is_none() {
