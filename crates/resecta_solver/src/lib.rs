@@ -36,6 +36,7 @@ mod material;
 mod mesh;
 mod motion;
 mod network;
+mod pairs;
 mod pieces;
 mod pressure;
 mod quarantine;

@@ -503,9 +503,10 @@ impl Motion {
 #[cfg(all(test, target_arch = "x86_64"))]
 mod tests {
     use super::*;
-    use crate::{Material, TissueMesh, TissuePoint, widest::with_level};
+    use crate::{Material, ShearResistance, TissueMesh, TissuePoint, widest::with_level};
     use fearless_simd::Level;
-    use glam::{DVec3, Vec3};
+    use glam::{DVec2, DVec3, Vec3};
+    use resecta_anatomy::{Lattice, LatticeOptions, Section};
 
     #[test]
     fn all_instruction_sets_give_the_same_bits() {
@@ -527,6 +528,35 @@ mod tests {
             };
             let tissue = Tissue::new(&mesh, &material).expect("prisms are a tissue");
             assert_same_bits(tissue);
+        }
+    }
+
+    #[test]
+    fn all_instruction_sets_give_the_same_bits_in_a_tube_on_its_bed() {
+        // Rings and layers: springs that close a ring, lead to the next range of lanes, and leave a site over at the end of a run.
+        for steps in [24, 27, 36] {
+            let ring = |radius: f64| -> Vec<DVec2> {
+                let angles = (0..steps).map(|n| f64::from(n) / f64::from(steps) * std::f64::consts::TAU);
+                angles.map(|angle| DVec2::from_angle(angle) * radius).collect()
+            };
+            let (outer, inner) = (ring(15.0), ring(4.0));
+            let sections = [0.0, 5.0, 10.0, 15.0].map(|z| Section {
+                z,
+                outer: &outer,
+                inner: &inner,
+            });
+            let options = LatticeOptions {
+                alpha_deg: 360.0 / f64::from(steps),
+                ..LatticeOptions::default()
+            };
+            let lattice = Lattice::from_sections(&sections, &options).expect("a tube is a lattice");
+            let shear = ShearResistance::Diagonals;
+            let material = Material {
+                shear,
+                ..Material::default()
+            };
+            let mesh = TissueMesh::from_lattice(&lattice, shear);
+            assert_same_bits(Tissue::new(&mesh, &material).expect("a tube is a tissue"));
         }
     }
 

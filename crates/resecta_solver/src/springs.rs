@@ -11,9 +11,10 @@
 
 use std::cell::Cell;
 
-use fearless_simd::{Simd, f32x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f32x16, prelude::*};
 use glam::Vec3;
 
+use crate::pairs::{Pair, has_pairs, load_two};
 use crate::runs::{Block, Layout, Loose, Run, with_turn};
 use crate::sites::{LANES, Lanes};
 use crate::sleep::Sleep;
@@ -216,7 +217,20 @@ impl Springs {
         let bundles = self.bundles(run);
         let [lows, highs] = [run.low, run.low + run.span].map(|first| &positions.values[first..][..bundles.len()]);
         let (at_low, at_high) = (&at_low[..bundles.len()], &at_high[..bundles.len()]);
-        for n in 0..bundles.len() {
+        let mut first_alone = 0;
+        // Where one spring ends in the site that the next begins in, two abreast would be summed in another order.
+        if has_pairs(simd) && run.span > 1 {
+            first_alone = bundles.len() - bundles.len() % 2;
+            for n in (0..first_alone).step_by(2) {
+                let of = |places: &[SiteVectors]| Pair::load(simd, [&places[n], &places[n + 1]]);
+                let (low, high) = (of(lows), of(highs));
+                let pulls = pulls_of_two(simd, &bundles[n], &bundles[n + 1], low, high.turned::<TURN>());
+                let sums = |at: &[Cell<SiteVectors>]| Pair::load(simd, [&at[n].get(), &at[n + 1].get()]);
+                (sums(at_low) + pulls).store([&at_low[n], &at_low[n + 1]]);
+                (sums(at_high) - pulls.turned::<BACK>()).store([&at_high[n], &at_high[n + 1]]);
+            }
+        }
+        for n in first_alone..bundles.len() {
             let (low, high) = (Registers::load(simd, &lows[n]), Registers::load(simd, &highs[n]));
             let pulls = pulls(simd, &bundles[n], low, high.turned::<TURN>());
             let sum = Registers::load(simd, &at_low[n].get());
@@ -284,6 +298,16 @@ fn pulls<S: Simd>(simd: S, bundle: &Bundle, low: Registers<S>, high: Registers<S
     let elongation = length - load(simd, &bundle.rest_length);
     let tension = load(simd, &bundle.stiffness) * elongation;
     way.times(tension / length.max(f32x8::splat(simd, SHORTEST)))
+}
+
+/// The same of two bundles.
+#[inline(always)]
+fn pulls_of_two<S: Simd>(simd: S, first: &Bundle, second: &Bundle, low: Pair<S>, high: Pair<S>) -> Pair<S> {
+    let way = high - low;
+    let length = way.length_squared().sqrt();
+    let elongation = length - load_two(simd, &first.rest_length, &second.rest_length);
+    let tension = load_two(simd, &first.stiffness, &second.stiffness) * elongation;
+    way.times(tension / length.max(f32x16::splat(simd, SHORTEST)))
 }
 
 fn bundle_and_lane(slot: u32) -> (usize, usize) {

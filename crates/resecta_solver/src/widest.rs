@@ -1,7 +1,8 @@
 //! The widest vector instructions that the processor has, asked for at run time.
 //!
 //! Hot loops are written for registers of eight numbers and compiled for three instruction sets on x86-64: AVX-512 (its
-//! registers of 256 bits, of which there are twice as many as before), AVX2 with FMA, and SSE2 for all that lacks those.
+//! registers of 256 bits, of which there are twice as many as before; springs take those of 512, see `pairs.rs`), AVX2 with FMA,
+//! and SSE2 for all that lacks those.
 //! Results have the same bits with each: what is fused is written so, and nothing is reordered.
 
 #[cfg(not(target_arch = "x86_64"))]
