@@ -556,7 +556,11 @@ mod tests {
                 ..Material::default()
             };
             let mesh = TissueMesh::from_lattice(&lattice, shear);
-            assert_same_bits(Tissue::new(&mesh, &material).expect("a tube is a tissue"));
+            let tissue = Tissue::new(&mesh, &material).expect("a tube is a tissue");
+            let layout = tissue.springs.layout();
+            let mut runs = layout.blocks().iter().flat_map(|block| layout.runs(block));
+            assert!(runs.any(|run| run.turn > 0 && run.span > 1 && run.bundles > 2 && run.bundles % 2 == 1));
+            assert_same_bits(tissue);
         }
     }
 

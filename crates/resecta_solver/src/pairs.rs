@@ -2,16 +2,16 @@
 //!
 //! The vectors of two neighbouring sites fill three such registers as they lie in memory: x y of the first, its z and x of the
 //! second, y z of the second. They are added and multiplied like that; for their lengths, components come together in three
-//! others. A spring's force takes two thirds of the time that it takes with half as wide registers, on processors whose units
-//! are so wide. What is done to two sites is done to each as if alone: the bits are the same.
+//! others. On processors whose units are so wide, forces of springs take two thirds of the time that they take with half as wide
+//! registers (measured in a loop on its own; in a whole substep, `docs/benchmarks.md`). What is done to two sites is done to each as if alone: the bits are the same.
 
 use std::cell::Cell;
 use std::ops::{Add, Sub};
 
-use fearless_simd::{Simd, f32x8, f32x16, mask32x16, prelude::*};
+use fearless_simd::{Simd, f32x16, mask32x16, prelude::*};
 
 use crate::sites::{LANES, Lanes};
-use crate::vectors::{SiteVectors, load, store};
+use crate::vectors::{SiteVectors, load, stored};
 
 /// The vectors of two sites.
 #[derive(Clone, Copy)]
@@ -21,7 +21,7 @@ pub(crate) struct Pair<S: Simd> {
     yz: f32x16<S>,
 }
 
-/// Whether two sites at a time are faster than one.
+/// Whether registers hold sixteen numbers, so that two sites at a time are faster than one.
 #[inline(always)]
 pub(crate) fn has_pairs<S: Simd>(simd: S) -> bool {
     #[cfg(target_arch = "x86_64")]
@@ -94,13 +94,6 @@ fn turned<const TURN: usize, S: Simd>(numbers: f32x16<S>) -> f32x16<S> {
     let around = numbers.slide::<TURN>(numbers);
     let in_place = ((1 << (LANES - TURN)) - 1) * 0x0101;
     mask32x16::from_bitmask(numbers.simd, in_place).select(around, around.slide::<LANES>(around))
-}
-
-#[inline(always)]
-fn stored<S: Simd>(register: f32x8<S>) -> Lanes {
-    let mut lanes = Lanes::default();
-    store(register, &mut lanes);
-    lanes
 }
 
 impl<S: Simd> Add for Pair<S> {

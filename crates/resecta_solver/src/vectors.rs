@@ -233,8 +233,10 @@ pub(crate) fn load<S: Simd>(simd: S, lanes: &Lanes) -> f32x8<S> {
 
 /// The other way.
 #[inline(always)]
-pub(crate) fn store<S: Simd>(register: f32x8<S>, lanes: &mut Lanes) {
+pub(crate) fn stored<S: Simd>(register: f32x8<S>) -> Lanes {
+    let mut lanes = Lanes::default();
     register.store_slice(&mut lanes.0);
+    lanes
 }
 
 impl<S: Simd> Registers<S> {
@@ -259,11 +261,7 @@ impl<S: Simd> Registers<S> {
 
     #[inline(always)]
     pub fn stored(self) -> SiteVectors {
-        let mut vectors = SiteVectors::default();
-        store(self.x, &mut vectors[0]);
-        store(self.y, &mut vectors[1]);
-        store(self.z, &mut vectors[2]);
-        vectors
+        [stored(self.x), stored(self.y), stored(self.z)]
     }
 
     /// Each vector times its factor.
