@@ -38,6 +38,16 @@ impl Plane {
 /// The place (xyz) and value (w) of a corner, and how far it lies beyond the plane, mm.
 type Corner = (Vec4, f32);
 
+/// What a corner says of its prism's section: it lies beyond the plane, it does not, it is kept.
+const AHEAD: u8 = 1;
+const BEHIND: u8 = 2;
+const KEPT: u8 = 4;
+
+fn sign((place, beyond): &Corner) -> u8 {
+    let side = if *beyond > 0.0 { AHEAD } else { BEHIND };
+    if place.w > 0.0 { side | KEPT } else { side }
+}
+
 /// Of a prism, what is kept of the section.
 fn through_prism(corners: [Corner; 6], found: &mut impl FnMut([Vec3; 3])) {
     let ahead = corners.iter().filter(|(_, beyond)| *beyond > 0.0).count();
@@ -118,10 +128,12 @@ impl Field {
         let points: Vec<Corner> = (sub.near_places.iter().zip(values))
             .map(|(&place, value)| plane.corner(carrier.at_one(place).extend(value)))
             .collect();
+        // Few prisms are met, and what a corner says of that fits into a byte.
+        let signs: Vec<u8> = points.iter().map(sign).collect();
         for prism in &sub.prisms {
-            let corners = prism.map(|point| points[point as usize]);
-            if corners.iter().any(|(corner, _)| corner.w > 0.0) {
-                through_prism(corners, &mut found);
+            let all = prism.iter().fold(0, |all, &point| all | signs[point as usize]);
+            if all == AHEAD | BEHIND | KEPT {
+                through_prism(prism.map(|point| points[point as usize]), &mut found);
             }
         }
     }
