@@ -273,13 +273,14 @@ impl Patches {
         if triangles.len() > RUN {
             sort_by_place(&mut triangles, |vertex| skin.rest_place(vertex));
         }
-        patch.runs.clear();
         patch.carriers.clear();
-        for triangles in triangles.chunks(RUN) {
-            let mut run = Run {
-                triangles: triangles.to_vec(),
-                ..default()
-            };
+        // A cut changes patches step by step: what a run holds is written into the lists that it has.
+        patch.runs.resize_with(triangles.len().div_ceil(RUN), Run::default);
+        for (run, triangles) in patch.runs.iter_mut().zip(triangles.chunks(RUN)) {
+            run.triangles.clear();
+            run.triangles.extend_from_slice(triangles);
+            run.chunks.clear();
+            run.nodes.clear();
             for &vertex in triangles.iter().flat_map(|(_, vertices)| vertices) {
                 match skin.chunk(vertex) {
                     Some((chunk, number)) => {
@@ -297,7 +298,6 @@ impl Patches {
             run.nodes.sort_unstable();
             run.nodes.dedup();
             patch.carriers.extend(&run.nodes);
-            patch.runs.push(run);
         }
         let chunks = patch.runs.iter().flat_map(|run| &run.chunks);
         let mut homes: Vec<u32> = chunks.filter_map(|part| skin.chunk_home(part.chunk)).collect();
