@@ -483,7 +483,7 @@ mod tests {
                 let skin = Skin::of(&tissue);
                 kept.update(&skin);
                 prop_assert!(holds_every_face(&kept, &skin));
-                prop_assert!(kept.patches.are_consistent());
+                prop_assert!(kept.patches.are_consistent(&skin));
                 for point in [a, b] {
                     // Of a point in the surface no number of rays tells anything.
                     if distance_to_all(&Skin::of(&tissue), point) < TIE_MM {

@@ -31,8 +31,9 @@ pub struct Patch {
     pentahedra: Vec<u32>,
     /// Whether the bounds are out of date.
     is_stale: bool,
-    /// Whether triangles or corners are other ones than when it was last looked at.
+    /// Whether triangles are other ones than when it was last looked at, or its corners may lie elsewhere at rest.
     is_changed: bool,
+    has_moved_at_rest: bool,
 }
 
 /// Some triangles of a patch that lie closer together.
@@ -91,8 +92,9 @@ pub struct Patches {
     /// Which patches nodes carry corners of, and which have corners in a chunk: a step moves and changes few of a gland's.
     at_nodes: Holders,
     at_chunks: Holders,
-    /// Patches to be looked at, and those whose bounds are out of date; each once.
+    /// Patches to be looked at, those with other corners at rest, and those whose bounds are out of date; each once in a list.
     changed: Vec<u32>,
+    moved_at_rest: Vec<u32>,
     stale: Vec<u32>,
 }
 
@@ -139,15 +141,17 @@ impl Patches {
         self.slots[slot as usize].map(|known| known.patch)
     }
 
-    /// Whether every patch is either free, once, or has triangles that know it.
+    /// Whether every patch is either free, once, or has triangles that know it, and says of itself what the skin does.
     #[cfg(test)]
-    pub fn are_consistent(&self) -> bool {
+    pub fn are_consistent(&self, skin: &Skin) -> bool {
         let count = |holders: &[u32], number| holders.iter().filter(|holder| **holder == number).count();
         let are_held = (0u32..).zip(&self.all).all(|(number, patch)| {
             let is_home = |slot: &u32| self.patch_of(*slot) == Some(number);
             count(&self.free, number) == usize::from(patch.slots.is_empty())
                 && patch.slots.iter().all(is_home)
                 && (patch.carriers.iter()).all(|&node| count(self.at_nodes.of(node), number) == 1)
+                && patch.carriers == carriers_of(&patch.runs, skin)
+                && patch.longest_mm == longest_mm_of(&patch.runs, skin)
         });
         let chunks = self
             .all
@@ -167,12 +171,14 @@ impl Patches {
             Some(changes) => {
                 self.update_slots(skin, changes.triangles());
                 // A chunk that is gone has lost its vertices, and the triangles at them.
-                let gone = self.at_chunks.from(skin.chunk_count());
-                let changed = changes
-                    .chunks()
-                    .flat_map(|chunk| self.at_chunks.of(chunk).iter().copied());
-                for patch in gone.chain(changed) {
+                for patch in self.at_chunks.from(skin.chunk_count()) {
                     mark(&mut self.all[patch as usize].is_changed, patch, &mut self.changed);
+                }
+                // As many triangles as a cut changes lie beside what it changes.
+                let changed = changes.chunks().flat_map(|chunk| self.at_chunks.of(chunk));
+                for &patch in changed {
+                    let is_marked = &mut self.all[patch as usize].has_moved_at_rest;
+                    mark(is_marked, patch, &mut self.moved_at_rest);
                 }
             }
             None => {
@@ -184,13 +190,28 @@ impl Patches {
                 }
             }
         }
-        let mut changed = std::mem::take(&mut self.changed);
+        let (mut changed, mut moved) = (
+            std::mem::take(&mut self.changed),
+            std::mem::take(&mut self.moved_at_rest),
+        );
         changed.sort_unstable();
-        for number in changed.drain(..) {
-            self.all[number as usize].is_changed = false;
-            self.look_at(skin, number);
+        moved.sort_unstable();
+        for &number in &changed {
+            self.divide(skin, number);
         }
-        self.changed = changed;
+        for number in changed.iter().copied().chain(moved.drain(..)) {
+            let Patch {
+                is_changed,
+                has_moved_at_rest,
+                ..
+            } = &mut self.all[number as usize];
+            // Among both lists only once.
+            if std::mem::take(is_changed) | std::mem::take(has_moved_at_rest) {
+                self.look_up(skin, number);
+            }
+        }
+        changed.clear();
+        (self.changed, self.moved_at_rest) = (changed, moved);
     }
 
     fn update_slots(&mut self, skin: &Skin, slots: impl Iterator<Item = u32>) {
@@ -256,13 +277,9 @@ impl Patches {
         })
     }
 
-    /// Finds out what a patch that has changed consists of.
-    fn look_at(&mut self, skin: &Skin, number: u32) {
+    /// Divides a patch with other triangles into runs.
+    fn divide(&mut self, skin: &Skin, number: u32) {
         let mut patch = std::mem::take(&mut self.all[number as usize]);
-        mark(&mut patch.is_stale, number, &mut self.stale);
-        for &node in &patch.carriers {
-            self.at_nodes.remove(node, number);
-        }
         for part in patch.runs.iter().flat_map(|run| &run.chunks) {
             self.at_chunks.remove(part.chunk, number);
         }
@@ -273,7 +290,6 @@ impl Patches {
         if triangles.len() > RUN {
             sort_by_place(&mut triangles, |vertex| skin.rest_place(vertex));
         }
-        patch.carriers.clear();
         // A cut changes patches step by step: what a run holds is written into the lists that it has.
         patch.runs.resize_with(triangles.len().div_ceil(RUN), Run::default);
         for (run, triangles) in patch.runs.iter_mut().zip(triangles.chunks(RUN)) {
@@ -297,30 +313,28 @@ impl Patches {
             run.chunks.sort_unstable();
             run.nodes.sort_unstable();
             run.nodes.dedup();
-            patch.carriers.extend(&run.nodes);
-        }
-        let chunks = patch.runs.iter().flat_map(|run| &run.chunks);
-        let mut homes: Vec<u32> = chunks.filter_map(|part| skin.chunk_home(part.chunk)).collect();
-        homes.dedup();
-        let carriers = homes.iter().flat_map(|&home| skin.solver().pentahedron_nodes(home));
-        patch.carriers.extend(carriers);
-        patch.carriers.sort_unstable();
-        patch.carriers.dedup();
-        for &node in &patch.carriers {
-            self.at_nodes.add(node, number);
         }
         for part in patch.runs.iter().flat_map(|run| &run.chunks) {
             self.at_chunks.add(part.chunk, number);
         }
-        patch.longest_mm = if patch.runs.iter().all(|run| run.nodes.is_empty()) {
-            let longest = triangles.iter().map(|(_, vertices)| {
-                let [a, b, c] = vertices.map(|vertex| skin.rest_place(vertex));
-                a.distance(b).max(b.distance(c)).max(c.distance(a))
-            });
-            longest.fold(0.0, f32::max)
-        } else {
-            f32::INFINITY
-        };
+        self.all[number as usize] = patch;
+    }
+
+    /// Looks up what carries a patch's corners and how long its edges are, which hang on where the corners lie at rest.
+    fn look_up(&mut self, skin: &Skin, number: u32) {
+        let mut patch = std::mem::take(&mut self.all[number as usize]);
+        mark(&mut patch.is_stale, number, &mut self.stale);
+        let carriers = carriers_of(&patch.runs, skin);
+        if carriers != patch.carriers {
+            for &node in &patch.carriers {
+                self.at_nodes.remove(node, number);
+            }
+            for &node in &carriers {
+                self.at_nodes.add(node, number);
+            }
+            patch.carriers = carriers;
+        }
+        patch.longest_mm = longest_mm_of(&patch.runs, skin);
         if patch.slots.is_empty() {
             for &pentahedron in &patch.pentahedra {
                 for has_node in [false, true] {
@@ -383,6 +397,33 @@ impl Patches {
             told(number, Some((low, high)));
         }
     }
+}
+
+/// The nodes that carry a corner of some runs, by rising index.
+fn carriers_of(runs: &[Run], skin: &Skin) -> Vec<u32> {
+    let chunks = runs.iter().flat_map(|run| &run.chunks);
+    let mut homes: Vec<u32> = chunks.filter_map(|part| skin.chunk_home(part.chunk)).collect();
+    homes.sort_unstable();
+    homes.dedup();
+    let at_homes = homes.iter().flat_map(|&home| skin.solver().pentahedron_nodes(home));
+    let nodes = runs.iter().flat_map(|run| &run.nodes).copied();
+    let mut carriers: Vec<u32> = nodes.chain(at_homes).collect();
+    carriers.sort_unstable();
+    carriers.dedup();
+    carriers
+}
+
+/// The longest edge of some runs at rest, mm; infinite where a corner is a node.
+fn longest_mm_of(runs: &[Run], skin: &Skin) -> f32 {
+    if runs.iter().any(|run| !run.nodes.is_empty()) {
+        return f32::INFINITY;
+    }
+    let triangles = runs.iter().flat_map(|run| &run.triangles);
+    let longest = triangles.map(|(_, vertices)| {
+        let [a, b, c] = vertices.map(|vertex| skin.rest_place(vertex));
+        a.distance(b).max(b.distance(c)).max(c.distance(a))
+    });
+    longest.fold(0.0, f32::max)
 }
 
 /// Puts a patch on a list unless its mark says that it is there.
