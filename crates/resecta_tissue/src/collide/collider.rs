@@ -398,15 +398,20 @@ mod tests {
 
     /// Takes away what is around a node: pentahedra, or a ball of the same size.
     fn cut_around(tissue: &mut Tissue, node: u32) {
-        let Some(fine) = &mut tissue.fine else {
+        if tissue.fine.is_some() {
+            let centre = tissue.solver.position(node);
+            cut_ball(tissue, centre, EDGE_MM);
+        } else {
             let around: Vec<u32> = tissue.solver.pentahedra_around(node).collect();
             tissue.solver.resect(&around, None);
-            return;
-        };
-        let ball = Tool::Sphere {
-            centre: tissue.solver.position(node).as_dvec3(),
-            radius_mm: EDGE_MM,
-        };
+        }
+    }
+
+    /// Takes a ball out of a tissue that is cut finely.
+    fn cut_ball(tissue: &mut Tissue, centre: Vec3, radius_mm: f64) {
+        let centre = centre.as_dvec3();
+        let fine = tissue.fine.as_mut().expect("it is cut finely");
+        let ball = Tool::Sphere { centre, radius_mm };
         let taken = fine.cut(&tissue.solver, None, &ball).expect("a plain ball");
         tissue.solver.thin(&taken.left, None);
     }
@@ -451,6 +456,24 @@ mod tests {
     fn deed() -> impl Strategy<Value = (Vec3, Vec3, Option<u32>, bool)> {
         let way = (-0.6..0.6f32, -0.6..0.6f32, -0.6..0.6f32).prop_map(Vec3::from);
         (place(), way, proptest::option::of(0..2 * CUBES.pow(3)), any::<bool>())
+    }
+
+    #[test]
+    fn a_hole_that_grows_by_less_than_its_triangles_takes_their_patches_along() {
+        let mut tissue = block();
+        tissue.fine = Some(Fine::new(&tissue.solver, 0.7).expect("a block can be cut"));
+        let (mut kept, middle) = (
+            Collider::default(),
+            Vec3::splat((0.5 * f64::from(CUBES) * EDGE_MM) as f32),
+        );
+        for radius_mm in [3.0, 3.02, 3.04, 3.06] {
+            cut_ball(&mut tissue, middle, radius_mm);
+            tissue.follow();
+            let skin = Skin::of(&tissue);
+            kept.update(&skin);
+            assert!(holds_every_face(&kept, &skin), "{radius_mm} mm");
+            assert!(kept.patches.are_consistent(&skin), "{radius_mm} mm");
+        }
     }
 
     proptest! {
