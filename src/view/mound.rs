@@ -205,8 +205,10 @@ impl<'a> Surface<'a> {
         let (triangles, _) = self.indices.as_chunks::<3>();
         let near = triangles.iter().filter(|triangle| triangle.iter().all(is_near));
         // Most of what is near is the rest of a narrow lumen.
-        let is_raised =
-            |&&triangle: &&[u32; 3]| parts().any(|weights| height(self.rest(triangle, weights) - top).0 > 0.0);
+        let is_raised = |&&triangle: &&[u32; 3]| {
+            let corners = CORNERS.map(|weights| self.rest(triangle, weights) - top);
+            may_be_raised(corners) && parts().any(|weights| height(self.rest(triangle, weights) - top).0 > 0.0)
+        };
         near.filter(is_raised).copied().collect()
     }
 
@@ -232,6 +234,27 @@ impl<'a> Surface<'a> {
         let [[x, y], [z, _]] = self.rest.map(|rest| between(rest, triangle, weights));
         Vec3::new(x, y, z)
     }
+}
+
+/// The corners of a triangle, as their weights.
+const CORNERS: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// Whether some point of a triangle may have a height, its corners given from the top at rest: no point of it is further from its
+/// middle than a corner, measured as [`height`] does for what lies on its side of the top, or by its longer reach on both.
+fn may_be_raised(corners: [Vec3; 3]) -> bool {
+    let along = if corners.iter().any(|corner| corner.z < 0.0) {
+        DOWN_MM
+    } else {
+        UP_MM
+    };
+    let scaled = corners.map(|corner| corner / Vec3::new(SIDE_MM, SIDE_MM, along));
+    let middle = (scaled[0] + scaled[1] + scaled[2]) / 3.0;
+    let reach = scaled
+        .map(|corner| corner.distance(middle))
+        .into_iter()
+        .fold(0.0, f32::max);
+    // Roundings must not decide.
+    middle.length() < 1.001 + reach
 }
 
 /// The corners of the parts of a triangle, as weights of its corners, row by row.
@@ -337,6 +360,23 @@ mod tests {
                 assert!((rise - height(place).1.dot(axis)).abs() < 5e-3, "{place} {axis}");
             }
         }
+    }
+
+    #[test]
+    fn what_has_a_height_somewhere_may_be_raised() {
+        // A grid of triangles across the edge of the mound on all sides, some of them across the top's own height.
+        let ways = [Vec3::ZERO, Vec3::new(0.9, 0.2, 0.7), Vec3::new(-0.1, 0.8, -0.6)];
+        let at = |n: i32, step: f32| n as f32 * step;
+        let (mut raised, mut passed_over) = (0, 0);
+        for (x, y, z) in (-8..=8).flat_map(|x| (-8..=8).flat_map(move |y| (-14..=14).map(move |z| (x, y, z)))) {
+            let place = Vec3::new(at(x, 0.5), at(y, 0.5), at(z, 0.5));
+            let corners = ways.map(|way| place + way);
+            let has_height = parts().any(|[a, b, c]| height(corners[0] * a + corners[1] * b + corners[2] * c).0 > 0.0);
+            raised += usize::from(has_height);
+            passed_over += usize::from(!may_be_raised(corners));
+            assert!(may_be_raised(corners) || !has_height, "{place}");
+        }
+        assert!(raised > 100 && passed_over > raised, "{raised} and {passed_over}");
     }
 
     #[test]
