@@ -68,6 +68,7 @@ use bevy::{
     log::LogPlugin,
     prelude::*,
     render::RenderPlugin,
+    transform::systems::StaticTransformOptimizations,
     window::{PresentMode, WindowResolution},
 };
 use bevy_egui::EguiPlugin;
@@ -242,6 +243,8 @@ fn add_screens(app: &mut App, player: &Player) {
     ));
     app.init_resource::<DrawBetweenSteps>()
         .init_resource::<RunLog>()
+        // Of the few things that have a place of their own most move: to look for those that do not takes longer.
+        .insert_resource(StaticTransformOptimizations::Disabled)
         .insert_resource(history);
 }
 
