@@ -156,6 +156,11 @@ impl GameFlow {
         self.loaded.as_ref().map(|loaded| loaded.name.as_str())
     }
 
+    /// Whether the gland behind the title is there and has taken shape.
+    pub fn title_has_gland(&self) -> bool {
+        self.title_steps >= TITLE_STEPS
+    }
+
     /// The title of the exercise that the next start begins.
     #[cfg(test)]
     pub fn next_title(&self) -> Option<&str> {
@@ -349,7 +354,7 @@ fn carry_out(
     }
 
     let is_live = flow.is_live() && !page.open;
-    let takes_shape = flow.phase == Phase::Title && flow.title_steps < TITLE_STEPS && active.is_some();
+    let takes_shape = flow.phase == Phase::Title && !flow.title_has_gland() && active.is_some();
     flow.title_steps += u32::from(takes_shape);
     let is_still = page.open || !is_live && flow.phase != Phase::Briefing && !takes_shape;
     if is_still && !time.is_paused() {

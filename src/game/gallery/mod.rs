@@ -207,6 +207,7 @@ fn do_or_wait(world: &mut World, gallery: &mut Gallery, deed: Deed) -> bool {
         Deed::Wish(wish) => world.resource_mut::<GameFlow>().wish(wish),
         Deed::Select(name) => world.resource_mut::<Catalogue>().select(name),
         Deed::Await(wanted) => return phase == wanted,
+        Deed::AwaitTitleGland => return world.resource::<GameFlow>().title_has_gland(),
         Deed::Levels { all_open } => world.resource_mut::<KeptSettings>().all_open = all_open,
         Deed::Script(name) => match hand_over(world, &gallery.scripts.join(name)) {
             Ok(is_done) => return is_done,

@@ -17,6 +17,8 @@ const TUTORIAL: &str = "tutorial.ron";
 pub enum Deed {
     /// Presses a button.
     Wish(Wish),
+    /// Waits until the gland behind the title is there.
+    AwaitTitleGland,
     /// Opens all levels, or only what was earned.
     Levels { all_open: bool },
     /// Looks at an exercise in the catalogue.
@@ -86,6 +88,7 @@ pub fn deeds() -> VecDeque<Deed> {
     let mut deeds = VecDeque::from([
         Deed::Wish(Wish::Title),
         Deed::Guide(Guidance::Off),
+        Deed::AwaitTitleGland,
         Deed::Picture("title"),
     ]);
     deeds.extend([Deed::Settings(true), Deed::Picture("settings"), Deed::Settings(false)]);
