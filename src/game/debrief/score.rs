@@ -162,14 +162,18 @@ fn waiting(card: &ScoreCard) -> Vec<String> {
     groups.into_iter().map(sentence).collect()
 }
 
-/// A value of a metric with its unit; shares as percentages.
+/// A value of a metric with its unit; shares as percentages. A digit behind the point only where it says something.
 pub fn value(metric: MetricId, value: f64) -> String {
     let info = metric.info();
     match info.unit {
         "1" if metric.is_share() => format!("{:.0} %", 100.0 * value),
         "1" => format!("{value:.0}"),
         "s" => format!("{value:.0} s"),
-        unit => format!("{value:.1} {unit}"),
+        unit => {
+            let is_whole = (10.0 * value).round() % 10.0 == 0.0;
+            let digits = usize::from(value.abs() < 100.0 && !is_whole);
+            format!("{value:.digits$} {unit}")
+        }
     }
 }
 
@@ -310,6 +314,18 @@ mod tests {
     }
 
     #[test]
+    fn values_are_as_long_as_they_say_something() {
+        let blood = |ml| value(MetricId::BloodLost, ml);
+        let shown = [0.0, 0.5, 36.04, 59.96, 99.96, 312.7, 2000.0].map(blood);
+        assert_eq!(
+            shown,
+            ["0 ml", "0.5 ml", "36 ml", "60 ml", "100 ml", "313 ml", "2000 ml"]
+        );
+        assert_eq!(value(MetricId::MarkedRemovedShare, 0.5), "50 %");
+        assert_eq!(value(MetricId::BlindTime, 2.4), "2 s");
+    }
+
+    #[test]
     fn lines_that_wait_for_the_same_are_told_together() {
         let needed = |metric, at_least| Some(Condition { metric, at_least });
         let line = |metric: MetricId, waits_for| ScoreLine {
@@ -340,7 +356,7 @@ mod tests {
             waiting(&card),
             [
                 "Blood lost, Time without a view count once Marked tissue removed is 50 % or more.",
-                "Removal rate counts once Tissue removed is 2.0 g or more.",
+                "Removal rate counts once Tissue removed is 2 g or more.",
             ]
         );
     }
