@@ -407,7 +407,10 @@ fn most_of([a, b, c]: [NodeKind; 3]) -> NodeKind {
 /// The corners of faces that a part outside of them holds, each looked at once: some six faces share one.
 struct Corners<'a> {
     part: &'a PartSweep,
-    known: HashMap<u32, Corner>,
+    /// The numbers of the known ones by vertex. Beside them, since a table of those themselves would have every look-up wait for
+    /// memory: faces come in the order of their patches, and one shares most corners with those just before it.
+    numbers: HashMap<u32, u32>,
+    known: Vec<Corner>,
 }
 
 /// A corner of faces.
@@ -422,7 +425,9 @@ impl<'a> Corners<'a> {
     fn new(part: &'a PartSweep, faces: usize) -> Self {
         Self {
             part,
-            known: HashMap::with_capacity(faces),
+            // About as many as half of the faces.
+            numbers: HashMap::with_capacity(faces / 2),
+            known: Vec::with_capacity(faces / 2),
         }
     }
 
@@ -433,10 +438,15 @@ impl<'a> Corners<'a> {
         let part = self.part;
         let mut shares = [None; 3];
         for (share, (vertex, place)) in shares.iter_mut().zip(face.vertices.into_iter().zip(face.corners)) {
-            let corner = self.known.entry(vertex).or_insert_with(|| Corner {
-                closest: Touch::closest_to_vertex(part, place, part.radius + MARGIN_MM),
-                is_told: false,
-            });
+            let next = self.known.len();
+            let number = *self.numbers.entry(vertex).or_insert(next as u32) as usize;
+            if number == next {
+                self.known.push(Corner {
+                    closest: Touch::closest_to_vertex(part, place, part.radius + MARGIN_MM),
+                    is_told: false,
+                });
+            }
+            let corner = &mut self.known[number];
             let Some(closest) = corner.closest.filter(|closest| touch::faces(closest, outward)) else {
                 continue;
             };

@@ -32,8 +32,34 @@ enum Place {
 /// The contacts of the last pass.
 #[derive(Debug, Default)]
 pub struct Steady {
-    last: HashMap<Key, (TissuePoint, Vec3)>,
-    next: HashMap<Key, (TissuePoint, Vec3)>,
+    last: Kept,
+    next: Kept,
+}
+
+/// Contacts by what they are known by.
+#[derive(Debug, Default)]
+struct Kept {
+    /// Their numbers. Contacts are found in much the same order in each pass, so that those of the last lie one behind the other
+    /// in memory; in a table of the contacts themselves each look-up would wait for it.
+    numbers: HashMap<Key, u32>,
+    contacts: Vec<(TissuePoint, Vec3)>,
+}
+
+impl Kept {
+    fn get(&self, key: &Key) -> Option<&(TissuePoint, Vec3)> {
+        self.contacts.get(*self.numbers.get(key)? as usize)
+    }
+
+    /// Keeps a contact. Of several that are known by the same the last counts.
+    fn insert(&mut self, key: Key, contact: (TissuePoint, Vec3)) {
+        self.numbers.insert(key, self.contacts.len() as u32);
+        self.contacts.push(contact);
+    }
+
+    fn clear(&mut self) {
+        self.numbers.clear();
+        self.contacts.clear();
+    }
 }
 
 impl Steady {
