@@ -3,6 +3,7 @@
 use bevy::{
     camera::{Viewport, visibility::RenderLayers},
     core_pipeline::tonemapping::Tonemapping,
+    post_process::msaa_writeback::MsaaWritebackPlugin,
     prelude::*,
     render::{render_resource::WgpuAdapterInfo, renderer::RenderAdapterInfo},
     window::PrimaryWindow,
@@ -25,6 +26,10 @@ const ENDOSCOPE_SHARE: f32 = 0.62;
 pub const TITLE_VIEW_FROM: f32 = 0.25;
 
 pub fn plugin(app: &mut App) {
+    // Without it a camera with smooth edges draws over what those before it left in the window: the endoscope's round field is lost.
+    if !app.is_plugin_added::<MsaaWritebackPlugin>() {
+        app.add_plugins(MsaaWritebackPlugin);
+    }
     app.init_resource::<ViewLayout>()
         .add_systems(Startup, add_cameras)
         .add_systems(Update, arrange.in_set(ViewSystems::First));
