@@ -22,6 +22,7 @@
 
 mod aim;
 mod assemble;
+mod bed;
 mod bound;
 mod cavity;
 mod collapse;

@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use fearless_simd::{Simd, f32x8, prelude::*};
 
+use crate::bed::Bed;
 use crate::bound::Plan;
 use crate::contact::Hold;
 use crate::held::Held;
@@ -15,8 +16,8 @@ use crate::kick::{Kick, Kicks};
 use crate::marks::Marks;
 use crate::sites::{LANES, Sites};
 use crate::sleep::SUBSTEPS_A_LOOK;
-use crate::tissue::{Motion, Nodes, Tissue};
-use crate::vectors::{Registers, SiteVectors, Vectors, load};
+use crate::tissue::{Motion, Tissue};
+use crate::vectors::{Registers, SiteVectors, Vectors};
 use crate::widest::{Widened, with_widest};
 use crate::{Contact, MOST_SUBSTEPS, PutAside};
 
@@ -394,43 +395,6 @@ impl Tissue {
                 scratch
                     .kicks
                     .apply_half(simd, block.sites.clone(), forces, &mut self.motion.velocities);
-            }
-        }
-    }
-}
-
-/// The bed that holds some nodes where they were.
-pub(crate) struct Bed<'a> {
-    nodes: &'a Nodes,
-}
-
-impl Bed<'_> {
-    pub fn of(nodes: &Nodes) -> Bed<'_> {
-        Bed { nodes }
-    }
-
-    /// Adds its force to the nodes of a block, which lie at `places`, µN.
-    #[inline(always)]
-    pub fn add_forces<S: Simd>(
-        &self,
-        simd: S,
-        block: &Range<usize>,
-        places: &[SiteVectors],
-        forces: &mut [SiteVectors],
-    ) {
-        for bed in &self.nodes.supported {
-            let held = bed.start.max(block.start)..bed.end.min(block.end);
-            if held.is_empty() {
-                continue;
-            }
-            let support = &self.nodes.support.values[held.clone()];
-            let rest = &self.nodes.rest.values[held.clone()];
-            let own = held.start - block.start..held.end - block.start;
-            let (places, forces) = (&places[own.clone()], &mut forces[own]);
-            for n in 0..support.len() {
-                let away = Registers::load(simd, &rest[n]) - Registers::load(simd, &places[n]);
-                let sum = Registers::load(simd, &forces[n]);
-                forces[n] = away.times_plus(load(simd, &support[n]), sum).stored();
             }
         }
     }

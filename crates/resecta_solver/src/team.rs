@@ -16,10 +16,11 @@ use std::{hint, mem, slice, thread};
 
 use fearless_simd::Simd;
 
+use crate::bed::Bed;
 use crate::bound::Plan;
 use crate::contact::Contact;
 use crate::kick::Kick;
-use crate::motion::{Bed, moved};
+use crate::motion::moved;
 use crate::runs::{BLOCK, Layout, Run, with_turn};
 use crate::sites::Sites;
 use crate::sleep::Sleep;
