@@ -399,7 +399,7 @@ mod tests {
     /// Takes away what is around a node: pentahedra, or a ball of the same size.
     fn cut_around(tissue: &mut Tissue, node: u32) {
         if tissue.fine.is_some() {
-            let centre = tissue.solver.position(node);
+            let centre = tissue.solver.position(node).as_dvec3();
             cut_ball(tissue, centre, EDGE_MM);
         } else {
             let around: Vec<u32> = tissue.solver.pentahedra_around(node).collect();
@@ -408,8 +408,7 @@ mod tests {
     }
 
     /// Takes a ball out of a tissue that is cut finely.
-    fn cut_ball(tissue: &mut Tissue, centre: Vec3, radius_mm: f64) {
-        let centre = centre.as_dvec3();
+    fn cut_ball(tissue: &mut Tissue, centre: DVec3, radius_mm: f64) {
         let fine = tissue.fine.as_mut().expect("it is cut finely");
         let ball = Tool::Sphere { centre, radius_mm };
         let taken = fine.cut(&tissue.solver, None, &ball).expect("a plain ball");
@@ -462,10 +461,8 @@ mod tests {
     fn a_hole_that_grows_by_less_than_its_triangles_takes_their_patches_along() {
         let mut tissue = block();
         tissue.fine = Some(Fine::new(&tissue.solver, 0.7).expect("a block can be cut"));
-        let (mut kept, middle) = (
-            Collider::default(),
-            Vec3::splat((0.5 * f64::from(CUBES) * EDGE_MM) as f32),
-        );
+        let middle = DVec3::splat(0.5 * f64::from(CUBES) * EDGE_MM);
+        let mut kept = Collider::default();
         for radius_mm in [3.0, 3.02, 3.04, 3.06] {
             cut_ball(&mut tissue, middle, radius_mm);
             tissue.follow();
