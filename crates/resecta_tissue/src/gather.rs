@@ -209,15 +209,27 @@ pub(crate) fn gather(
     diagnostics.prepare += time;
 }
 
+/// Parts whose ticks are compared at once.
+const TICKS: usize = 64;
+
 /// The parts whose component changed since this system last ran.
 fn changed<C: Part>(parts: Query<(Entity, Ref<C>)>) -> Vec<(Entity, C)> {
     let mut found = Vec::new();
     // Parts live in tables, which are always dense.
     for (entities, components) in parts.contiguous_iter().into_iter().flatten() {
         let (last, now): (Tick, Tick) = (components.last_run_tick(), components.this_run_tick());
-        for (i, tick) in components.changed_ticks_slice().iter().enumerate() {
-            if tick.is_newer_than(last, now) {
-                found.push((entities[i], components[i].clone()));
+        let ticks = components.changed_ticks_slice();
+        for (from, ticks) in (0..).step_by(TICKS).zip(ticks.chunks(TICKS)) {
+            // Parts are spawned together and changed by few: most have the tick of the first, which is found out without a branch.
+            let first = ticks[0];
+            let others = ticks.iter().fold(0, |others, tick| others | (tick.get() ^ first.get()));
+            if others == 0 && !first.is_newer_than(last, now) {
+                continue;
+            }
+            for (i, tick) in (from..).zip(ticks) {
+                if tick.is_newer_than(last, now) {
+                    found.push((entities[i], components[i].clone()));
+                }
             }
         }
     }

@@ -89,9 +89,15 @@ fn look(
 /// What the tissue at a place of its surface is called.
 fn name_of(active: &ActiveExercise, tissue: &Tissue, place: Vec3) -> &'static str {
     let solver = tissue.solver();
+    // By way of the nearest node: to measure to each pentahedron costs ten times as much.
+    let nodes = (0..solver.node_count() as u32).filter(|&node| solver.is_node_alive(node));
+    let node_far = |node: u32| solver.position(node).distance_squared(place);
+    let node = nodes.min_by(|&a, &b| node_far(a).total_cmp(&node_far(b)));
+    let around = node.into_iter().flat_map(|node| solver.pentahedra_around(node));
     let far = |pentahedron: u32| solver.centroid(pentahedron).distance_squared(place);
-    let nearest = (solver.living_pentahedron_indices()).min_by(|&a, &b| far(a).total_cmp(&far(b)));
-    let Some(nearest) = nearest else { return "" };
+    let Some(nearest) = around.min_by(|&a, &b| far(a).total_cmp(&far(b))) else {
+        return "";
+    };
     let at_rest = solver.rest_centroid(nearest).as_dvec3();
     let is_left = active.walls.hour(at_rest) < 6.0;
     // Walls are of the gland at rest; a wall that was cut down to is hardly moved.

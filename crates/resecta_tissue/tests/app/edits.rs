@@ -75,6 +75,35 @@ fn a_moved_node_and_a_changed_spring_reach_the_solver() {
 }
 
 #[test]
+fn edits_reach_the_solver_wherever_in_their_table_the_parts_lie() {
+    let (mut app, tissue) = scene();
+    let count = app.world().get::<Tissue>(tissue).unwrap().solver().spring_count() as u32;
+    // Alone, two together, the first and the last; those of the round before are not edits any more.
+    for edited in [
+        vec![0],
+        vec![63, 64],
+        vec![count - 1],
+        (0..count).step_by(37).collect(),
+        (0..count).collect(),
+    ] {
+        for &index in &edited {
+            let spring = app.world().get::<Tissue>(tissue).unwrap().spring_entity(index).unwrap();
+            let mut spring = app.world_mut().get_mut::<Spring>(spring).unwrap();
+            spring.stiffness_mn_per_m += 1.0;
+        }
+        let stiffness = |app: &App| -> Vec<f32> {
+            let solver = app.world().get::<Tissue>(tissue).unwrap().solver();
+            (0..count).map(|index| solver.spring(index).stiffness).collect()
+        };
+        let mut wanted = stiffness(&app);
+        edited.iter().for_each(|&index| wanted[index as usize] += 1.0);
+        app.update();
+        assert_eq!(app.world().resource::<TissueDiagnostics>().edits, edited.len());
+        assert_eq!(stiffness(&app), wanted);
+    }
+}
+
+#[test]
 fn writing_back_is_not_taken_for_an_edit() {
     let (mut app, _) = scene();
     app.update();
