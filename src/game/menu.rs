@@ -1,8 +1,8 @@
 //! What every screen is made of: size by the window's height, buttons that the keyboard reaches, frames.
 
-use bevy::{prelude::*, window::PrimaryWindow};
+use bevy::{asset::AssetEventSystems, prelude::*, window::PrimaryWindow};
 use bevy_egui::{
-    EguiContexts, EguiPrimaryContextPass,
+    EguiContexts, EguiPostUpdateSet, EguiPrimaryContextPass,
     egui::{self, Align2, Color32, Context, CornerRadius, FontId, RichText, Stroke, Ui},
 };
 use egui_plot::Plot;
@@ -23,6 +23,15 @@ pub fn plugin(app: &mut App) {
         .configure_sets(
             EguiPrimaryContextPass,
             (MenuSystems::Prepare, MenuSystems::Show).chain(),
+        )
+        // Names over the views lie where these are drawn in the same frame, and the renderer hears of a letter that is new to egui's
+        // texture in the frame that first shows it. Nobody else orders the two: either came a frame late.
+        .configure_sets(
+            PostUpdate,
+            (
+                EguiPostUpdateSet::EndPass.after(TransformSystems::Propagate),
+                EguiPostUpdateSet::PostProcessOutput.before(AssetEventSystems),
+            ),
         );
 }
 
@@ -275,7 +284,99 @@ pub fn key_cap(ui: &mut Ui, name: &str) {
 
 #[cfg(test)]
 mod tests {
-    use super::{axis_number, zoom_for};
+    use bevy::{
+        asset::{AssetEvent, AssetId},
+        log::LogPlugin,
+        render::{RenderPlugin, settings::WgpuSettings},
+        winit::WinitPlugin,
+    };
+    use bevy_egui::{EguiManagedTextures, EguiPlugin, PrimaryEguiContext};
+
+    use super::*;
+
+    /// An app that shows words, without a window and an adapter.
+    fn app() -> App {
+        let mut app = App::new();
+        let plugins = DefaultPlugins
+            .set(RenderPlugin {
+                render_creation: WgpuSettings {
+                    backends: None,
+                    ..default()
+                }
+                .into(),
+                ..default()
+            })
+            .disable::<LogPlugin>()
+            .disable::<WinitPlugin>();
+        app.add_plugins((plugins, EguiPlugin::default(), plugin))
+            .init_resource::<GameFlow>()
+            .world_mut()
+            .spawn((PrimaryEguiContext, Camera2d));
+        app.finish();
+        app.cleanup();
+        app
+    }
+
+    #[derive(Resource)]
+    struct Words(&'static str);
+
+    #[derive(Resource, Default)]
+    struct Told(Vec<AssetId<Image>>);
+
+    #[test]
+    fn the_renderer_hears_of_a_new_letter_in_the_frame_that_shows_it() {
+        let mut app = app();
+        let write = |mut contexts: EguiContexts, words: Res<Words>| -> Result {
+            let painter = contexts.ctx_mut()?.layer_painter(egui::LayerId::background());
+            let font = FontId::proportional(20.0);
+            painter.text(egui::Pos2::ZERO, Align2::LEFT_TOP, words.0, font, Color32::WHITE);
+            Ok(())
+        };
+        let hear = |mut events: MessageReader<AssetEvent<Image>>, mut told: ResMut<Told>| {
+            let changed = events.read().filter_map(|event| match event {
+                AssetEvent::Added { id } | AssetEvent::Modified { id } => Some(*id),
+                _ => None,
+            });
+            told.0 = changed.collect();
+        };
+        app.insert_resource(Words("a"))
+            .init_resource::<Told>()
+            .add_systems(EguiPrimaryContextPass, write.in_set(MenuSystems::Show))
+            .add_systems(Last, hear);
+        let letters = |app: &App| -> Vec<AssetId<Image>> {
+            let textures = app.world().resource::<EguiManagedTextures>();
+            textures.0.values().map(|texture| texture.handle.id()).collect()
+        };
+        for (words, is_new) in [("a", true), ("a", false), ("a", false), ("a7", true), ("a7", false)] {
+            app.insert_resource(Words(words));
+            app.update();
+            let told = &app.world().resource::<Told>().0;
+            let is_told = letters(&app).iter().any(|letters| told.contains(letters));
+            assert_eq!(is_told, is_new, "{words}");
+        }
+    }
+
+    #[test]
+    fn screens_know_where_things_are_drawn_in_the_same_frame() {
+        #[derive(Resource, Default)]
+        struct Seen(Vec<[f32; 2]>);
+        let mut app = app();
+        let thing = app.world_mut().spawn(Transform::default()).id();
+        let go = move |mut things: Query<&mut Transform>| -> Result {
+            things.get_mut(thing)?.translation.x += 1.0;
+            Ok(())
+        };
+        let look = move |things: Query<(&Transform, &GlobalTransform)>, mut seen: ResMut<Seen>| -> Result {
+            let (place, drawn) = things.get(thing)?;
+            seen.0.push([place.translation.x, drawn.translation().x]);
+            Ok(())
+        };
+        app.init_resource::<Seen>()
+            .add_systems(Update, go)
+            .add_systems(EguiPrimaryContextPass, look.in_set(MenuSystems::Show));
+        (0..3).for_each(|_| app.update());
+        assert_eq!(app.world().resource::<Seen>().0, [[1.0; 2], [2.0; 2], [3.0; 2]]);
+    }
 
     #[test]
     fn screens_are_laid_out_for_one_size_and_fit_every_other() {
