@@ -10,13 +10,7 @@
 
 use std::time::{Duration, Instant};
 
-use bevy::{
-    ecs::schedule::SingleThreadedExecutor,
-    log::LogPlugin,
-    prelude::*,
-    render::{RenderPlugin, settings::WgpuSettings},
-    winit::WinitPlugin,
-};
+use bevy::{ecs::schedule::SingleThreadedExecutor, prelude::*};
 use resecta::{
     ResectaPlugins, assets, game, headless,
     instrument::{InstrumentScript, InstrumentSource},
@@ -163,25 +157,12 @@ fn play(row: &Row) -> Run {
     let one_thread = TaskPoolPlugin {
         task_pool_options: TaskPoolOptions::with_num_threads(1),
     };
-    // Everything of a window's app but the window and an adapter.
-    let plugins = DefaultPlugins
-        .set(one_thread)
-        .set(WindowPlugin {
-            // Nobody opens it; the panel is as large as it.
-            primary_window: row.has_screens.then(Window::default),
-            exit_condition: bevy::window::ExitCondition::DontExit,
-            ..default()
-        })
-        .set(RenderPlugin {
-            render_creation: WgpuSettings {
-                backends: None,
-                ..default()
-            }
-            .into(),
-            ..default()
-        })
-        .disable::<LogPlugin>()
-        .disable::<WinitPlugin>();
+    let plugins = game::without_display().set(one_thread).set(WindowPlugin {
+        // The panel is as large as it.
+        primary_window: row.has_screens.then(Window::default),
+        exit_condition: bevy::window::ExitCondition::DontExit,
+        ..default()
+    });
     app.add_plugins((plugins, ResectaPlugins));
     if row.has_view {
         app.add_plugins(ViewPlugin);

@@ -284,31 +284,16 @@ pub fn key_cap(ui: &mut Ui, name: &str) {
 
 #[cfg(test)]
 mod tests {
-    use bevy::{
-        asset::{AssetEvent, AssetId},
-        log::LogPlugin,
-        render::{RenderPlugin, settings::WgpuSettings},
-        winit::WinitPlugin,
-    };
+    use bevy::asset::{AssetEvent, AssetId};
     use bevy_egui::{EguiManagedTextures, EguiPlugin, PrimaryEguiContext};
 
     use super::*;
+    use crate::game::without_display;
 
-    /// An app that shows words, without a window and an adapter.
+    /// An app that shows words.
     fn app() -> App {
         let mut app = App::new();
-        let plugins = DefaultPlugins
-            .set(RenderPlugin {
-                render_creation: WgpuSettings {
-                    backends: None,
-                    ..default()
-                }
-                .into(),
-                ..default()
-            })
-            .disable::<LogPlugin>()
-            .disable::<WinitPlugin>();
-        app.add_plugins((plugins, EguiPlugin::default(), plugin))
+        app.add_plugins((without_display(), EguiPlugin::default(), plugin))
             .init_resource::<GameFlow>()
             .world_mut()
             .spawn((PrimaryEguiContext, Camera2d));

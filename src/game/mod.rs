@@ -67,9 +67,10 @@ use bevy::{
     app::{PluginGroupBuilder, Plugins},
     log::LogPlugin,
     prelude::*,
-    render::RenderPlugin,
+    render::{RenderPlugin, settings::WgpuSettings},
     transform::systems::StaticTransformOptimizations,
     window::{PresentMode, WindowResolution},
+    winit::WinitPlugin,
 };
 use bevy_egui::EguiPlugin;
 use resecta_instrument::LiveInput;
@@ -248,8 +249,23 @@ fn add_screens(app: &mut App, player: &Player) {
         .insert_resource(history);
 }
 
+/// Everything of a window's app but an adapter, an event loop and the log. No window opens; the app has one of Bevy's default size.
+pub fn without_display() -> PluginGroupBuilder {
+    DefaultPlugins
+        .set(RenderPlugin {
+            render_creation: WgpuSettings {
+                backends: None,
+                ..default()
+            }
+            .into(),
+            ..default()
+        })
+        .disable::<LogPlugin>()
+        .disable::<WinitPlugin>()
+}
+
 /// Adds the game's screens, panel and guidance to an app without a display, as if an exercise were shown in play: what they cost a
-/// frame is measured so (`benches/frame.rs`). The app has Bevy's plugins with a primary window that nobody opens, [`ResectaPlugins`] and
+/// frame is measured so (`benches/frame.rs`). The app has the plugins of [`without_display`], [`ResectaPlugins`] and
 /// [`ViewPlugin`]; nothing of the user is read or kept.
 pub fn add_screens_in_play(app: &mut App, library: Library, exercise: LoadedExercise) {
     add_screens(app, &Player::Nobody);
