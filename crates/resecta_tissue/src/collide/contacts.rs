@@ -3,9 +3,13 @@
 use std::ops::Range;
 
 use bevy::{
-    platform::collections::{HashMap, hash_map::Entry},
+    platform::{
+        collections::{HashMap, hash_map::Entry},
+        hash::FixedHasher,
+    },
     prelude::*,
 };
+use indexmap::{IndexMap, map};
 use resecta_solver::{Contact, NodeKind, with_widest_registers};
 
 use super::{
@@ -44,6 +48,10 @@ const THIN_MM: f32 = 1.0;
 
 /// A point of a face with this weight at a corner is the corner.
 const CORNER_WEIGHT: f32 = 0.999;
+
+/// A table of what lies in memory in the order in which it came, as what is looked up does mostly: of a table in no order each look-up
+/// waits for memory.
+pub type InOrder<K, V> = IndexMap<K, V, FixedHasher>;
 
 /// What a contact holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -309,9 +317,8 @@ struct Candidates<'a> {
     /// The contacts of the pass before, and which part of which tool is looked at.
     before: &'a Steady,
     number: (u32, u32),
-    /// Those with a node among their vertices, one for each face and corner, and which is whose.
-    at_nodes: Vec<Candidate>,
-    of_held: HashMap<Held, usize>,
+    /// Those with a node among their vertices, one for each face and corner.
+    at_nodes: InOrder<Held, Candidate>,
     /// Of those inside of a pentahedron, the one that is pushed furthest: the pentahedron moves as one.
     inside: HashMap<Option<u32>, Inside>,
 }
@@ -327,8 +334,7 @@ impl<'a> Candidates<'a> {
         Candidates {
             before,
             number,
-            at_nodes: Vec::with_capacity(faces),
-            of_held: HashMap::with_capacity(faces),
+            at_nodes: InOrder::with_capacity_and_hasher(faces, FixedHasher),
             inside: HashMap::default(),
         }
     }
@@ -366,11 +372,12 @@ impl<'a> Candidates<'a> {
     }
 
     fn add_at_node(&mut self, candidate: Candidate) {
-        let next = self.at_nodes.len();
-        let number = *self.of_held.entry(candidate.held).or_insert(next);
-        let Some(known) = self.at_nodes.get_mut(number) else {
-            self.at_nodes.push(candidate);
-            return;
+        let known = match self.at_nodes.entry(candidate.held) {
+            map::Entry::Occupied(known) => known.into_mut(),
+            map::Entry::Vacant(free) => {
+                free.insert(candidate);
+                return;
+            }
         };
         let is_better = match candidate.held {
             // Several faces may lead to the same nearest face: the deepest counts.
@@ -386,7 +393,7 @@ impl<'a> Candidates<'a> {
     /// All of them, ordered by face and corner.
     fn chosen(&self) -> impl Iterator<Item = &Candidate> {
         let inside = self.inside.values().map(|inside| &inside.deepest);
-        let chosen = self.at_nodes.iter().chain(inside);
+        let chosen = self.at_nodes.values().chain(inside);
         let mut chosen: Vec<(Held, &Candidate)> = chosen.map(|candidate| (candidate.held, candidate)).collect();
         chosen.sort_unstable_by_key(|(held, _)| *held);
         chosen.into_iter().map(|(_, candidate)| candidate)
@@ -407,10 +414,8 @@ fn most_of([a, b, c]: [NodeKind; 3]) -> NodeKind {
 /// The corners of faces that a part outside of them holds, each looked at once: some six faces share one.
 struct Corners<'a> {
     part: &'a PartSweep,
-    /// The numbers of the known ones by vertex. Beside them, since a table of those themselves would have every look-up wait for
-    /// memory: faces come in the order of their patches, and one shares most corners with those just before it.
-    numbers: HashMap<u32, u32>,
-    known: Vec<Corner>,
+    /// By vertex. Faces come in the order of their patches, and one shares most corners with those just before it.
+    known: InOrder<u32, Corner>,
 }
 
 /// A corner of faces.
@@ -426,8 +431,7 @@ impl<'a> Corners<'a> {
         Self {
             part,
             // About as many as half of the faces.
-            numbers: HashMap::with_capacity(faces / 2),
-            known: Vec::with_capacity(faces / 2),
+            known: InOrder::with_capacity_and_hasher(faces / 2, FixedHasher),
         }
     }
 
@@ -438,15 +442,10 @@ impl<'a> Corners<'a> {
         let part = self.part;
         let mut shares = [None; 3];
         for (share, (vertex, place)) in shares.iter_mut().zip(face.vertices.into_iter().zip(face.corners)) {
-            let next = self.known.len();
-            let number = *self.numbers.entry(vertex).or_insert(next as u32) as usize;
-            if number == next {
-                self.known.push(Corner {
-                    closest: Touch::closest_to_vertex(part, place, part.radius + MARGIN_MM),
-                    is_told: false,
-                });
-            }
-            let corner = &mut self.known[number];
+            let corner = self.known.entry(vertex).or_insert_with(|| Corner {
+                closest: Touch::closest_to_vertex(part, place, part.radius + MARGIN_MM),
+                is_told: false,
+            });
             let Some(closest) = corner.closest.filter(|closest| touch::faces(closest, outward)) else {
                 continue;
             };

@@ -5,10 +5,10 @@
 //! a contact holds, and in which direction, follows the nearest point by a share of the way only; by all of it for a part
 //! that moves. How far the part pushes is not changed: it is what the nearest point asks for.
 
-use bevy::{platform::collections::HashMap, prelude::*};
+use bevy::prelude::*;
 use resecta_solver::{Contact, Tissue, TissuePoint};
 
-use super::contacts::Found;
+use super::contacts::{Found, InOrder};
 
 /// The share of the way to the nearest point that a contact of a part at rest goes in a pass.
 const SHARE_AT_REST: f32 = 0.02;
@@ -29,37 +29,12 @@ enum Place {
     Vertices([u32; 3]),
 }
 
-/// The contacts of the last pass.
+/// The contacts of the last pass, in the order in which they were found: much the same one in each pass, so that what is looked up lies one
+/// behind the other in memory.
 #[derive(Debug, Default)]
 pub struct Steady {
-    last: Kept,
-    next: Kept,
-}
-
-/// Contacts by what they are known by.
-#[derive(Debug, Default)]
-struct Kept {
-    /// Their numbers. Contacts are found in much the same order in each pass, so that those of the last lie one behind the other
-    /// in memory; in a table of the contacts themselves each look-up would wait for it.
-    numbers: HashMap<Key, u32>,
-    contacts: Vec<(TissuePoint, Vec3)>,
-}
-
-impl Kept {
-    fn get(&self, key: &Key) -> Option<&(TissuePoint, Vec3)> {
-        self.contacts.get(*self.numbers.get(key)? as usize)
-    }
-
-    /// Keeps a contact. Of several that are known by the same the last counts.
-    fn insert(&mut self, key: Key, contact: (TissuePoint, Vec3)) {
-        self.numbers.insert(key, self.contacts.len() as u32);
-        self.contacts.push(contact);
-    }
-
-    fn clear(&mut self) {
-        self.numbers.clear();
-        self.contacts.clear();
-    }
+    last: InOrder<Key, (TissuePoint, Vec3)>,
+    next: InOrder<Key, (TissuePoint, Vec3)>,
 }
 
 impl Steady {
@@ -87,6 +62,7 @@ impl Steady {
             {
                 *contact = steadied;
             }
+            // Of several that are known by the same the last counts.
             self.next.insert(key, (contact.point, contact.normal));
         }
         std::mem::swap(&mut self.last, &mut self.next);
