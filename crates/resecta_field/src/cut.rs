@@ -175,47 +175,64 @@ impl Field {
     /// Takes the points of pentahedra (rising); returns the pentahedra that changed, rising.
     fn take(&mut self, edit: &mut Edit, pentahedra: &[u32]) -> Vec<u32> {
         let mut around: Vec<u32> = pentahedra.to_vec();
+        let is_left = |other: u32| pentahedra.binary_search(&other).is_err();
         for &pentahedron in pentahedra {
             self.touch(edit, pentahedron);
-            let nodes = self.mesh.pentahedra[pentahedron as usize];
             for local in 0..self.points.of(pentahedron).len() {
-                let point = self.points.of(pentahedron)[local];
-                if self.points.values[point as usize] <= 0.0 {
-                    continue;
-                }
-                let corners: Vec<u32> = self.mesh.sub(pentahedron).parts[local]
-                    .corners()
-                    .iter()
-                    .map(|&corner| nodes[corner])
-                    .collect();
-                let holds = |other: &&u32| {
-                    corners
-                        .iter()
-                        .all(|node| self.mesh.pentahedra[**other as usize].contains(node))
-                };
-                let sharing: Vec<u32> = self.mesh.around(corners[0]).iter().filter(holds).copied().collect();
-                // 0 is removed too, and moves the wall of a neighbour that stays no further than to the point.
-                let is_shared = sharing.iter().any(|other| pentahedra.binary_search(other).is_err());
-                let value = if is_shared {
-                    0.0
-                } else {
-                    -self.points.values[point as usize]
-                };
-                let (_, mut values) = self.points.of_and_values(pentahedron);
-                values.lower(edit, &mut self.before, point, value);
-                around.extend(sharing);
+                around.extend(self.take_point(edit, pentahedron, local, is_left));
             }
         }
-        around.sort_unstable();
-        around.dedup();
-        for &pentahedron in &around {
+        self.touched_and_changed(edit, around)
+    }
+
+    /// Takes a point of a touched pentahedron, where it is kept; returns the pentahedra that share it. `is_left`: of these, what
+    /// is not taken with it.
+    pub(crate) fn take_point(
+        &mut self,
+        edit: &mut Edit,
+        pentahedron: u32,
+        local: usize,
+        is_left: impl Fn(u32) -> bool,
+    ) -> Vec<u32> {
+        let point = self.points.of(pentahedron)[local];
+        if self.points.values[point as usize] <= 0.0 {
+            return Vec::new();
+        }
+        let nodes = self.mesh.pentahedra[pentahedron as usize];
+        let corners: Vec<u32> = self.mesh.sub(pentahedron).parts[local]
+            .corners()
+            .iter()
+            .map(|&corner| nodes[corner])
+            .collect();
+        let holds = |other: &&u32| {
+            corners
+                .iter()
+                .all(|node| self.mesh.pentahedra[**other as usize].contains(node))
+        };
+        let sharing: Vec<u32> = self.mesh.around(corners[0]).iter().filter(holds).copied().collect();
+        // 0 is removed too, and moves the wall of a neighbour that stays no further than to the point.
+        let value = if sharing.iter().any(|&other| is_left(other)) {
+            0.0
+        } else {
+            -self.points.values[point as usize]
+        };
+        let (_, mut values) = self.points.of_and_values(pentahedron);
+        values.lower(edit, &mut self.before, point, value);
+        sharing
+    }
+
+    /// Touches pentahedra of which points were taken; returns those of them that changed, rising.
+    pub(crate) fn touched_and_changed(&mut self, edit: &mut Edit, mut pentahedra: Vec<u32>) -> Vec<u32> {
+        pentahedra.sort_unstable();
+        pentahedra.dedup();
+        for &pentahedron in &pentahedra {
             self.touch(edit, pentahedron);
         }
-        self.marked(edit.changed(), &around)
+        self.marked(edit.changed(), &pentahedra)
     }
 
     /// Measures what changed, empties slivers and renews the surface.
-    fn finish(&mut self, mut edit: Edit, changed: Vec<u32>) -> Cut {
+    pub(crate) fn finish(&mut self, mut edit: Edit, changed: Vec<u32>) -> Cut {
         let mut cut = Cut::default();
         // What was kept before, by pentahedron; of one that comes twice the first holds.
         let mut kept: Vec<(u32, f64)> = Vec::new();

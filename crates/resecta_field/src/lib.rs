@@ -19,7 +19,7 @@
 //! | faces that nothing touched, beside finer ones | `coarse.rs` |
 //! | which slots of the surface to write anew | `changes.rs` |
 //! | chips | `chips.rs`, `moments.rs` |
-//! | pieces that came loose | `pieces.rs` |
+//! | pieces that came loose, and crumbs | `pieces.rs`, `crumbs.rs` |
 //! | coagulation | `coagulation.rs` |
 //!
 //! A step of a stroke, as a caller sees it:
@@ -28,7 +28,8 @@
 //!    where they are. [`Cut`] lists the pentahedra that lost something, what, and those of which nothing is left;
 //!    its `capsule_mm2` says that the organ was perforated, and how far.
 //! 2. [`Field::fill`] of those, 0 to 1, is what is left of each for its mass and stiffness; it never rises.
-//! 3. [`Field::loose_pieces`] around them finds what hangs by nothing; [`Field::empty`] takes it away.
+//! 3. [`Field::loose_pieces`] around them finds what hangs by nothing, [`Field::empty`] takes it away, and
+//!    [`Field::brush_off`] what is too small to be a piece.
 //! 4. [`Field::take_changes`] lists the slots of vertices and triangles to write anew; [`Field::move_vertices`] and
 //!    [`Field::move_normals`] place all of them. A vertex's pentahedron and weights ([`Surface::carrier`]) are also what a
 //!    force on the surface acts on.
@@ -45,6 +46,7 @@ mod chips;
 mod coagulation;
 mod coarse;
 mod crossings;
+mod crumbs;
 mod cut;
 mod divide;
 mod error;

@@ -8,7 +8,7 @@ use common::{
 };
 use glam::{DVec3, Vec3};
 use resecta_anatomy::wedge;
-use resecta_field::{Field, FieldError, LoopStroke, SurfaceKind, Tool};
+use resecta_field::{Cut, Field, FieldError, LoopStroke, SurfaceKind, Tool};
 use resecta_solver::LoopPose;
 
 /// A stroke of a few steps through a place on the tube, in any pose, some of them turning.
@@ -526,6 +526,80 @@ fn a_piece_that_nothing_holds_is_found_and_freed() {
     assert!((chip.rest_volume_mm3 - freed).abs() < 1e-9);
     let volume = enclosed(chip.triangles.iter().copied(), &chip.vertices);
     assert!((volume / freed - 1.0).abs() < 0.05, "{volume} against {freed}");
+}
+
+/// Triangles and volume at rest, mm³, of every body that the surface bounds; of a hollow inside of tissue the volume is
+/// negative.
+fn bodies(field: &Field) -> Vec<(usize, f64)> {
+    fn first(of: &mut [u32], mut vertex: u32) -> u32 {
+        while of[vertex as usize] != vertex {
+            of[vertex as usize] = of[of[vertex as usize] as usize];
+            vertex = of[vertex as usize];
+        }
+        vertex
+    }
+    let surface = field.surface();
+    let mut of: Vec<u32> = (0..surface.vertex_count() as u32).collect();
+    for [a, b, c] in surface.triangles() {
+        for other in [b, c] {
+            let (one, other) = (first(&mut of, a), first(&mut of, other));
+            of[one as usize] = other;
+        }
+    }
+    let mut bodies = vec![(0, 0.0); of.len()];
+    for triangle in surface.triangles() {
+        let body = &mut bodies[first(&mut of, triangle[0]) as usize];
+        body.0 += 1;
+        body.1 += enclosed([triangle].into_iter(), surface.rest_places());
+    }
+    bodies.retain(|&(triangles, _)| triangles > 0);
+    bodies
+}
+
+#[test]
+fn crumbs_are_brushed_off_and_nothing_else_is() {
+    let lattice = tube(24.0, 24.0, 15.0);
+    let mut field = tube_field(&lattice, 0.4);
+    let positions = current(&lattice.positions, deformed);
+    let is_crumb = |&(triangles, volume): &(usize, f64)| triangles < 60 && volume > 0.0;
+    let mut random = Random(5);
+    let (mut crumbs, mut brushed_mm3) = (0, 0.0);
+    for stroke in 0..150 {
+        let mut reached = Vec::new();
+        for tool in random_stroke(&mut random) {
+            let cut = field.cut(&tool, &positions).expect("a good tool");
+            reached.extend(cut.removed.iter().map(|&(pentahedron, _)| pentahedron));
+        }
+        let found: Vec<_> = bodies(&field).into_iter().filter(is_crumb).collect();
+        let cut = field.brush_off(&reached);
+        assert_sound(&field, &format!("stroke {stroke}"));
+        assert_eq!(bodies(&field).into_iter().find(is_crumb), None, "stroke {stroke}");
+        assert_eq!(field.brush_off(&reached), Cut::default(), "stroke {stroke}: twice");
+        if found.is_empty() {
+            // A larger one may have gone; none holds more than its 200 points.
+            assert!(cut.removed_mm3 < 200.0 * 0.4f64.powi(3), "stroke {stroke}: {cut:?}");
+        }
+        crumbs += found.len();
+        brushed_mm3 += cut.removed_mm3;
+    }
+    println!("{crumbs} crumbs, {brushed_mm3:.3} mm³");
+    assert!(crumbs >= 5, "the strokes are to leave some: {crumbs}");
+    assert!(brushed_mm3 < 1e-3 * field.removed_mm3(), "{brushed_mm3} mm³");
+
+    // A clean wall has none, nor has what no cut reached.
+    let (rest, _) = block([8, 3, 3], 2.0);
+    let mut field = block_field([8, 3, 3], 2.0, 0.5);
+    assert_eq!(field.brush_off(&[0, 1, 2, u32::MAX]), Cut::default());
+    let slot = Tool::HalfCylinder {
+        from: DVec3::new(0.4, -8.0, 3.0),
+        to: DVec3::new(0.4, 14.0, 3.0),
+        down: DVec3::X,
+        radius_mm: 4.6,
+    };
+    let cut = field.cut(&slot, &current(&rest, |place| place)).expect("a good tool");
+    let reached: Vec<u32> = cut.removed.iter().map(|&(pentahedron, _)| pentahedron).collect();
+    assert!(!reached.is_empty());
+    assert_eq!(field.brush_off(&reached), Cut::default());
 }
 
 #[test]

@@ -306,6 +306,9 @@ impl Fine {
             capsule_mm2 += freed.capsule_mm2;
             reached.extend(freed.removed.iter().map(|(pentahedron, _)| *pentahedron));
         }
+        let crumbs = self.field.brush_off(&reached);
+        capsule_mm2 += crumbs.capsule_mm2;
+        reached.extend(crumbs.removed.iter().map(|(pentahedron, _)| *pentahedron));
         reached.sort_unstable();
         reached.dedup();
         let field = &self.field;
