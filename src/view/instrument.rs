@@ -17,6 +17,10 @@ use super::{
 /// How much longer than the loop's stroke its arms are, mm, so that their ends never come out of the sheath.
 const ARM_SPARE_MM: f32 = 10.0;
 
+/// The arms are drawn so much before what lies at their depth, in steps of depth (`ViewMaterial::nearer`): by one to four parts in a
+/// hundred of the way, a few tenths of a mm. Tissue pressed aside by them meets them in large triangles, which would show as teeth.
+const ARMS_NEARER: i32 = 20_000;
+
 pub fn plugin(app: &mut App) {
     app.add_systems(Update, add_bodies.in_set(ViewSystems::Dress))
         .add_systems(Update, place_ghosts.in_set(ViewSystems::Place))
@@ -64,7 +68,7 @@ fn add_bodies(
         };
         let is_ghost = ghost.is_some();
         let geometry = &scope.geometry;
-        let mut material = |colour: LinearRgba, gloss, sharpness| {
+        let mut material = |colour: LinearRgba, gloss, sharpness, nearer| {
             let look = Look {
                 colour: if is_ghost {
                     palette::GHOST.with_alpha(GHOST_SHARE)
@@ -79,14 +83,15 @@ fn add_bodies(
             [look.clone().under_lamp(), look].map(|look| {
                 materials.add(ViewMaterial {
                     cover: if is_ghost { Cover::Among } else { Cover::Opaque },
+                    nearer,
                     ..look.into()
                 })
             })
         };
-        let steel = material(palette::STEEL, 0.8, 40.0);
-        let black = material(palette::BEAK, 0.35, 25.0);
-        let insulation = material(palette::INSULATION, 0.3, 20.0);
-        let wire = material(palette::STEEL, 1.0, 30.0);
+        let steel = material(palette::STEEL, 0.8, 40.0, 0);
+        let black = material(palette::BEAK, 0.35, 25.0, 0);
+        let insulation = material(palette::INSULATION, 0.3, 20.0, ARMS_NEARER);
+        let wire = material(palette::STEEL, 1.0, 30.0, 0);
 
         commands
             .entity(instrument)

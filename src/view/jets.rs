@@ -58,11 +58,13 @@ impl Puff {
                 let speed = reach / SLOWED_S;
                 Puff {
                     place: vessel.place + direction * 0.1,
-                    velocity: (direction + chance.vector() * 0.10) * speed,
+                    // Some lag behind, so that the jet has no end as round as a disc.
+                    velocity: (direction + chance.vector() * 0.10) * (speed * (0.45 + 0.55 * chance.next())),
                     age: 0.0,
                     life: 0.30 + 0.25 * chance.next(),
-                    size: [0.22, 0.9 + 0.5 * chance.next()],
-                    dense: 0.75,
+                    // Thin where it leaves the vessel, where discs lie on each other.
+                    size: [0.08, 0.5 + 0.9 * chance.next()],
+                    dense: 0.30 + 0.25 * chance.next(),
                 }
             }
             VesselKind::Venous => Puff {
@@ -70,8 +72,8 @@ impl Puff {
                 velocity: (direction + chance.vector() * 0.5) * OOZE_MM_PER_S,
                 age: 0.0,
                 life: 1.5 + chance.next(),
-                size: [0.45, 1.6 + 0.6 * chance.next()],
-                dense: 0.5,
+                size: [0.30, 1.6 + 0.6 * chance.next()],
+                dense: 0.40,
             },
         }
     }

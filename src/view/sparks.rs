@@ -35,6 +35,8 @@ const RISE_MM_PER_S: f32 = 38.0;
 const LINGER_S: f32 = 0.05;
 /// Radius of the glow about the wire, mm.
 const GLOW_MM: f32 = 0.6;
+/// Way from an end of the wire in which the glow comes to its full strength, mm.
+const GLOW_FADES_MM: f32 = 1.2;
 /// Corners of a bubble's outline.
 const CORNERS: usize = 12;
 /// Light falls to a quarter at this distance from the lens, mm, as the lamp's.
@@ -357,9 +359,10 @@ impl Eye {
         );
     }
 
-    /// A band about the wire, brightest in its middle.
+    /// A band about the wire, brightest in its middle, that fades in and out at its ends.
     fn glow(&self, brush: &mut Brush, wire: &[Vec3], colour: LinearRgba) {
         let edge = colour.with_alpha(0.0);
+        let shares = from_ends(wire);
         let across = |point: usize| {
             let (before, after) = (wire[point.saturating_sub(1)], wire[(point + 1).min(wire.len() - 1)]);
             (after - before).cross(wire[point] - self.place).normalize_or_zero() * GLOW_MM
@@ -368,10 +371,25 @@ impl Eye {
             let (from, to) = (wire[point - 1], wire[point]);
             for side in [1.0, -1.0] {
                 let (a, b) = (across(point - 1) * side, across(point) * side);
-                brush.quad([from, to, to + b, from + a], [colour, colour, edge, edge]);
+                let [at_from, at_to] = [point - 1, point].map(|point| colour.with_alpha(colour.alpha * shares[point]));
+                brush.quad([from, to, to + b, from + a], [at_from, at_to, edge, edge]);
             }
         }
     }
+}
+
+/// How far from the nearer end of a wire its points are, as a share of [`GLOW_FADES_MM`]; at most 1.
+fn from_ends(wire: &[Vec3]) -> Vec<f32> {
+    let lengths = wire.windows(2).map(|ends| ends[0].distance(ends[1]));
+    let along: Vec<f32> = std::iter::once(0.0)
+        .chain(lengths.scan(0.0, |sum, length| {
+            *sum += length;
+            Some(*sum)
+        }))
+        .collect();
+    let whole = along.last().copied().unwrap_or(0.0);
+    let share = |at: f32| (at.min(whole - at) / GLOW_FADES_MM).min(1.0);
+    along.into_iter().map(share).collect()
 }
 
 /// Quadrilaterals on their way to a mesh.
@@ -407,6 +425,15 @@ impl Brush {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_glow_is_nothing_at_the_ends_and_whole_in_the_middle() {
+        let wire: Vec<Vec3> = (0..=10).map(|n| Vec3::X * (0.5 * n as f32)).collect();
+        let shares = from_ends(&wire);
+        assert_eq!((shares[0], shares[10], shares[5]), (0.0, 0.0, 1.0));
+        assert!((shares[1] - 0.5 / GLOW_FADES_MM).abs() < 1e-6 && shares[1] == shares[9]);
+        assert!(from_ends(&[]).iter().all(|share| *share == 0.0));
+    }
 
     #[test]
     fn chance_stays_on_the_wire() {
