@@ -12,8 +12,9 @@ use crate::active::ActiveExercise;
 #[derive(Component, Reflect, Debug, Clone, Copy, PartialEq, Default)]
 #[reflect(Component, Default)]
 pub struct LoopClearance {
-    /// Distance from the surface of the wire to the capsule as it lies now, mm; 0 where they touch or cross. What was cut out
-    /// of the capsule still counts. None before the first step and where the tissue has no capsule.
+    /// Distance from the surface of the wire to the capsule as it lies now, mm; 0 where they touch or cross, negative where all of
+    /// the wire is beyond it, outside of the organ. What was cut out of the capsule still counts. None before the first step and
+    /// where the tissue has no capsule.
     pub capsule_mm: Option<f32>,
     /// The point of the capsule that is nearest, mm.
     pub nearest: Option<Vec3>,
@@ -48,7 +49,12 @@ pub(crate) fn measure(
             *capsule = Some((active.tissue, Capsule::of(tissue.solver())));
         }
         let found = (capsule.as_ref()).and_then(|(_, capsule)| capsule.nearest(tissue.solver(), &wire));
-        answer.capsule_mm = found.map(|found| (found.distance_mm - radius).max(0.0));
+        answer.capsule_mm = found.map(
+            |found| match ((found.distance_mm - radius).max(0.0), found.is_outside) {
+                (distance, true) => -distance,
+                (distance, false) => distance,
+            },
+        );
         answer.nearest = found.map(|found| found.on_capsule);
     }
     answer.sphincter_mm = active.case.landmarks.external_sphincter.map(|place| {

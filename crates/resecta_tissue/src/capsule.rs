@@ -28,7 +28,12 @@ pub struct CapsuleDistance {
     pub on_line: Vec3,
     /// The point of the capsule.
     pub on_capsule: Vec3,
+    /// Whether that point of the line is outside of the organ. Off the rim, where the capsule ends at apex and base, none is.
+    pub is_outside: bool,
 }
+
+/// What lies more aside of the capsule than this, as the cosine of the angle to its normal, is off its rim.
+const OFF_RIM: f32 = 0.7;
 
 impl Capsule {
     /// The capsule of a tissue, the same whatever was cut out of it. Empty for one without capsule nodes.
@@ -84,6 +89,7 @@ impl Capsule {
             distance_mm: point.distance(node),
             on_line: point,
             on_capsule: node,
+            is_outside: false,
         };
         let pieces = (0..line.len().max(2) - 1).map(|n| [line[n], line[(n + 1).min(line.len() - 1)]]);
         let pieces: Vec<([Vec3; 2], Vec3, f32)> = pieces
@@ -111,11 +117,37 @@ impl Capsule {
                         distance_mm,
                         on_line: closest.on_segment,
                         on_capsule: closest.on_triangle,
+                        is_outside: false,
                     };
                 }
             }
         }
+        best.is_outside = self.has_outside(tissue, &best);
         Some(best)
+    }
+
+    /// Whether the point of the line is on the outer side of the triangles that meet in the point of the capsule.
+    fn has_outside(&self, tissue: &Tissue, nearest: &CapsuleDistance) -> bool {
+        let way = nearest.on_line - nearest.on_capsule;
+        let there = |corners: &[Vec3; 3]| {
+            let [a, b, c] = *corners;
+            let size = a.distance_squared(b).max(a.distance_squared(c));
+            if a.distance_squared(nearest.on_capsule) > 1.01 * size {
+                return false;
+            }
+            let closest = segment_triangle(nearest.on_capsule, nearest.on_capsule, *corners);
+            closest.distance() <= 1e-3
+        };
+        let triangles = self
+            .triangles
+            .iter()
+            .map(|triangle| triangle.map(|node| tissue.position(node)));
+        // Outward by the right-hand rule, as the faces of a pentahedron.
+        let normals = triangles
+            .filter(there)
+            .map(|[a, b, c]| (b - a).cross(c - a).normalize_or_zero());
+        let outwards = normals.sum::<Vec3>().normalize_or_zero();
+        way.dot(outwards) > OFF_RIM * nearest.distance_mm && nearest.distance_mm > 0.0
     }
 }
 
@@ -168,6 +200,21 @@ mod tests {
             prop_assert!((found.distance_mm - exact).abs() < 2e-3, "{} {exact}", found.distance_mm);
             prop_assert!((found.on_line.distance(found.on_capsule) - found.distance_mm).abs() < 1e-4);
         }
+    }
+
+    #[test]
+    fn what_is_beyond_it_is_outside_and_what_is_off_its_rim_is_not() {
+        let tissue = block();
+        let capsule = Capsule::of(&tissue);
+        let outside = |x: f32, y: f32, z: f32| {
+            let found = capsule.nearest(&tissue, &[Vec3::new(x, y, z)]);
+            found.expect("there is a capsule").is_outside
+        };
+        for (y, z) in [(6.0, 6.0), (3.0, 9.0), (5.1, 7.3), (0.0, 0.0), (12.0, 4.0)] {
+            assert!(outside(14.0, y, z) && !outside(10.0, y, z), "{y} {z}");
+            assert!(!outside(12.0, y, z), "on it: {y} {z}");
+        }
+        assert!(!outside(13.0, 20.0, 6.0) && !outside(14.0, -8.0, 6.0), "off its rim");
     }
 
     #[test]

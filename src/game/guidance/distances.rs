@@ -24,7 +24,7 @@ pub enum Danger {
 }
 
 impl Danger {
-    /// Of a distance to the capsule, mm.
+    /// Of a distance to the capsule, mm; negative beyond it.
     pub fn of_capsule(distance_mm: f32) -> Self {
         match distance_mm {
             d if d < STOP_MM => Danger::Stop,
@@ -61,6 +61,13 @@ impl Danger {
     }
 }
 
+/// What the distance to the capsule is called.
+const CAPSULE: &str = "Loop to capsule";
+
+fn word(danger: Danger, is_through: bool) -> &'static str {
+    if is_through { "outside!" } else { danger.word() }
+}
+
 /// Height of the verumontanum above the sphincter, mm.
 fn verumontanum_mm(active: &ActiveExercise) -> f32 {
     let marks = &active.case.landmarks;
@@ -73,9 +80,7 @@ pub fn show(painter: &Painter, area: Rect, active: &ActiveExercise, clearance: &
     if parts.distances <= 0.0 {
         return;
     }
-    let capsule = clearance
-        .capsule_mm
-        .map(|mm| ("Loop to capsule", mm, Danger::of_capsule(mm)));
+    let capsule = clearance.capsule_mm.map(|mm| (CAPSULE, mm, Danger::of_capsule(mm)));
     let end = verumontanum_mm(active);
     let sphincter = clearance
         .sphincter_mm
@@ -97,11 +102,19 @@ pub fn show(painter: &Painter, area: Rect, active: &ActiveExercise, clearance: &
         let colour = danger.colour().gamma_multiply(parts.distances);
         let weak = palette::WEAK.gamma_multiply(parts.distances);
         shadowed(painter, corner, Align2::LEFT_TOP, words, 12.5 * scale, weak);
-        let number = format!("{mm:.1} mm");
+        let is_through = words == CAPSULE && mm < 0.0;
+        let number = format!("{:.1} mm", if is_through { -mm } else { mm });
         let below = corner + vec2(0.0, 14.0) * scale;
         shadowed(painter, below, Align2::LEFT_TOP, &number, 22.0 * scale, colour);
         let end = corner + vec2(132.0, 20.0) * scale;
-        shadowed(painter, end, Align2::RIGHT_TOP, danger.word(), 15.0 * scale, colour);
+        shadowed(
+            painter,
+            end,
+            Align2::RIGHT_TOP,
+            word(danger, is_through),
+            15.0 * scale,
+            colour,
+        );
     }
 }
 
@@ -111,7 +124,7 @@ mod tests {
 
     #[test]
     fn danger_grows_on_the_way_to_what_must_not_be_cut() {
-        let to_capsule = (0..100).rev().map(|n| Danger::of_capsule(n as f32 / 10.0));
+        let to_capsule = (-100..100).rev().map(|n| Danger::of_capsule(n as f32 / 10.0));
         let to_sphincter = (-50..200).rev().map(|n| Danger::of_sphincter(n as f32 / 10.0, 12.0));
         for way in [to_capsule.collect::<Vec<_>>(), to_sphincter.collect()] {
             assert!(way.is_sorted());
