@@ -128,7 +128,8 @@ const ADVICE: &[(MetricId, &str)] = &[
     ),
 ];
 
-/// Harm that is told where no line scores it, too: what is practised without it is unlearnt later.
+/// Harm that is told first, also where no line scores it or its line waits for something else: what is practised without care for it
+/// is unlearnt later.
 const HARM: [MetricId; 2] = [MetricId::SphincterInjuries, MetricId::CapsuleTouches];
 
 fn sentence(told: MetricId) -> Option<&'static str> {
@@ -138,8 +139,8 @@ fn sentence(told: MetricId) -> Option<&'static str> {
     }
 }
 
-/// At most `most` sentences for what lost most points, the dearest first, then for harm that no line scores; none for lines that
-/// lost nothing to speak of. What a line lost because something else was not done counts for that. A metric that the table lacks
+/// At most `most` sentences: for harm that was done, then for what lost most points, the dearest first; none for lines that lost
+/// nothing to speak of. What a line lost because something else was not done counts for that. A metric that the table lacks
 /// is passed over.
 pub fn advice(card: &ScoreCard, metrics: &Metrics, most: usize) -> Vec<&'static str> {
     let mut lost: Vec<(MetricId, f64)> = Vec::new();
@@ -156,10 +157,13 @@ pub fn advice(card: &ScoreCard, metrics: &Metrics, most: usize) -> Vec<&'static 
     }
     // Stable: of equals the first in the file comes first.
     lost.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let is_scored = |metric: &MetricId| card.lines.iter().any(|line| line.metric == *metric);
-    let harm = (HARM.into_iter()).filter(|metric| !is_scored(metric) && metrics.value(*metric) > 0.0);
+    let is_forgiven = |metric: &MetricId| {
+        let mut lines = card.lines.iter().filter(|line| line.metric == *metric);
+        lines.any(|line| line.waits_for.is_none() && line.out_of - line.points <= FINE * line.out_of)
+    };
+    let harm = (HARM.into_iter()).filter(|metric| metrics.value(*metric) > 0.0 && !is_forgiven(metric));
     let mut said = Vec::new();
-    for told in lost.into_iter().map(|(metric, _)| metric).chain(harm) {
+    for told in harm.chain(lost.into_iter().map(|(metric, _)| metric)) {
         if let Some(sentence) = sentence(told)
             && !said.contains(&sentence)
         {
@@ -243,10 +247,30 @@ mod tests {
     }
 
     #[test]
-    fn harm_is_told_where_no_line_scores_it() {
+    fn harm_is_told_first_also_where_no_line_scores_it_yet() {
         let mut metrics = Metrics::default();
         metrics.capsule.touches = 2;
-        let mut card = ScoreCard::default();
+        let needed = Condition {
+            metric: MetricId::MarkedRemovedShare,
+            at_least: 0.4,
+        };
+        let mut card = ScoreCard {
+            lines: vec![
+                line(MetricId::MarkedRemovedShare, 0.0, 50.0),
+                ScoreLine {
+                    waits_for: Some(needed),
+                    ..line(MetricId::CapsuleTouches, 0.0, 20.0)
+                },
+            ],
+            ..Default::default()
+        };
+        let said = advice(&card, &metrics, 3);
+        assert!(
+            said.len() == 2 && said[0].contains("capsule") && said[1].contains("dye"),
+            "{said:?}"
+        );
+
+        card.lines.clear();
         let said = advice(&card, &metrics, 3);
         assert!(said.len() == 1 && said[0].contains("capsule"), "{said:?}");
         // A line that scores it has lost nothing.
