@@ -1,7 +1,8 @@
 //! Steps of an exercise that teaches by doing: each says what to do and ends when it was done.
 //!
 //! Steps are taken in order, one at a time. Everything that a trigger asks for is counted from the moment its step began, so
-//! that nothing done before is given away; heights of the loop and contents of the bladder are what they are.
+//! that nothing done before is given away; heights of the loop and contents of the bladder are what they are. A way is counted from
+//! where the step began or, for whoever went too far before and comes back first, from the furthest back since.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -54,7 +55,9 @@ impl StepProgress {
             return;
         };
         let now = Moment::new(observed, metrics, &step.until);
-        let from = *self.from.get_or_insert(now);
+        let from = self.from.get_or_insert(now);
+        step.until.begin_further_back(from, &now);
+        let from = *from;
         self.held_s = if step.until.holds(&now) {
             self.held_s + observed.step_s
         } else {
@@ -131,6 +134,30 @@ mod tests {
         let progress = run(&steps, [at(20.0), at(31.0), at(41.0), at(90.0)]);
         assert_eq!(progress.done_at_s.len(), 2);
         assert!(progress.done_at_s.is_sorted());
+    }
+
+    #[test]
+    fn whoever_went_too_far_before_may_come_back_first() {
+        let with = |insertion_mm, pitch_deg| {
+            with(InstrumentState {
+                insertion_mm,
+                pitch_deg,
+                ..default()
+            })
+        };
+        let at = |insertion_mm| with(insertion_mm, 0.0);
+        let advance = [step(Trigger::Advanced { mm: 12.0 })];
+        assert_eq!(run(&advance, [at(78.0), at(34.0), at(45.0)]).done_at_s.len(), 0);
+        assert_eq!(run(&advance, [at(78.0), at(34.0), at(46.5)]).done_at_s.len(), 1);
+        let withdraw = [step(Trigger::Withdrawn { mm: 12.0 })];
+        assert_eq!(run(&withdraw, [at(5.0), at(30.0), at(17.0)]).done_at_s.len(), 1);
+        let raise = [step(Trigger::TipRaised { deg: 10.0 })];
+        assert_eq!(
+            run(&raise, [with(0.0, 30.0), with(0.0, -5.0), with(0.0, 6.0)])
+                .done_at_s
+                .len(),
+            1
+        );
     }
 
     #[test]

@@ -19,13 +19,13 @@ use crate::{
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub enum Trigger {
-    /// The sheath is this far deeper than when the step began, mm.
+    /// The sheath is this far deeper than when the step began, or where it was furthest out since, mm.
     Advanced {
         /// mm.
         #[schemars(extend("exclusiveMinimum" = 0))]
         mm: f64,
     },
-    /// The sheath is this far further out than when the step began, mm.
+    /// The sheath is this far further out than when the step began, or where it was deepest since, mm.
     Withdrawn {
         /// mm.
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -53,7 +53,7 @@ pub enum Trigger {
         #[schemars(extend("exclusiveMinimum" = 0))]
         deg: f64,
     },
-    /// The tip has turned up this far from where it pointed when the step began, degrees.
+    /// The tip has turned up this far from where it pointed when the step began, or at its lowest since, degrees.
     TipRaised {
         /// Degrees.
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -234,6 +234,17 @@ impl Trigger {
             Trigger::PressureKept { cmh2o, .. } => now.pressure_cmh2o <= cmh2o,
             Trigger::ViewClear { share, .. } => now.visibility >= share,
             _ => false,
+        }
+    }
+
+    /// Moves the beginning of a way that is counted in one sense to where it would be longest.
+    pub(crate) fn begin_further_back(&self, from: &mut Moment, now: &Moment) {
+        let (was, is) = (&mut from.instrument, &now.instrument);
+        match self {
+            Trigger::Advanced { .. } => was.insertion_mm = was.insertion_mm.min(is.insertion_mm),
+            Trigger::Withdrawn { .. } => was.insertion_mm = was.insertion_mm.max(is.insertion_mm),
+            Trigger::TipRaised { .. } => was.pitch_deg = was.pitch_deg.min(is.pitch_deg),
+            _ => {}
         }
     }
 
