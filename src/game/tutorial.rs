@@ -25,6 +25,8 @@ const GAP: f32 = 8.0;
 const MARGIN: f32 = 12.0;
 /// What guidance takes at the right of the outside view, points.
 const GUIDANCE: f32 = 70.0;
+/// Up to so many actions are shown with all their keys.
+const FEW: usize = 2;
 /// An outside view of at least this width has room for the step.
 const ROOM: f32 = 330.0;
 
@@ -108,17 +110,23 @@ fn show(
                 ui.set_width(width);
                 ui.label(RichText::new(count).size(13.0).strong().color(frame));
                 ui.label(RichText::new(&step.say).size(18.0).strong());
-                let actions = step.until.actions().iter();
-                for &action in actions.filter(|&&action| !is_at_end(action, state)) {
-                    ui.horizontal_wrapped(|ui| {
+                let actions = step.until.actions().iter().copied();
+                let actions: Vec<_> = actions.filter(|&action| !is_at_end(action, state)).collect();
+                // Where many things can be done, the first key of each: the card is not to hide the view.
+                let most = if actions.len() > FEW { 1 } else { usize::MAX };
+                ui.horizontal_wrapped(|ui| {
+                    for action in actions {
                         let row = bindings.rows.iter().find(|row| row.action == action);
-                        ui.label(RichText::new(format!("{}:", action.label())).color(palette::WEAK));
                         let inputs = row.into_iter().flat_map(|row| &row.inputs);
-                        for input in inputs.filter(|input| has_pad || !input.is_pad()) {
+                        let (pads, keys): (Vec<_>, Vec<_>) = inputs.partition(|input| input.is_pad());
+                        let pads = pads.into_iter().take(if has_pad { most } else { 0 });
+                        for input in keys.into_iter().take(most).chain(pads) {
                             menu::key_cap(ui, &BoundInput::to_string(input));
                         }
-                    });
-                }
+                        ui.label(RichText::new(action.label()).color(palette::WEAK));
+                        ui.add_space(4.0);
+                    }
+                });
                 if !step.hint.is_empty() {
                     ui.label(RichText::new(&step.hint).color(palette::WEAK));
                 }
