@@ -10,14 +10,20 @@ use egui_plot::Plot;
 use super::{
     flow::{GameFlow, Phase, Wish},
     palette,
+    settings::SettingsPage,
 };
 
 /// The window that screens are laid out for, points; larger ones show the same larger.
 const LAID_OUT_FOR: [f32; 2] = [1280.0, 720.0];
 
+/// For so long after a run that ended by itself keys press nothing, s: those that moved the instrument are still held. Where one
+/// stays down, not for longer than this.
+const HANDS_OFF_S: [f32; 2] = [0.7, 3.0];
+
 pub fn plugin(app: &mut App) {
     app.init_resource::<UiZoom>()
         .init_resource::<MenuFocus>()
+        .init_resource::<SettingsPage>()
         .add_systems(First, follow_window)
         .add_systems(EguiPrimaryContextPass, prepare.in_set(MenuSystems::Prepare))
         .configure_sets(
@@ -57,9 +63,19 @@ impl Default for UiZoom {
 /// Which screen the keyboard was last led into.
 #[derive(Resource, Debug, Default)]
 pub struct MenuFocus {
-    screen: Option<(Phase, bool)>,
+    screen: Option<Screen>,
     /// Whether the first button is to have the focus in this frame.
     pub lead: bool,
+    /// How long ago a run ended whose keys may still be held, s.
+    hands_off_s: Option<f32>,
+}
+
+/// What is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Screen {
+    phase: Phase,
+    help: bool,
+    settings: bool,
 }
 
 fn follow_window(windows: Query<&Window, With<PrimaryWindow>>, mut zoom: ResMut<UiZoom>) {
@@ -80,7 +96,8 @@ fn zoom_for(width: f32, height: f32) -> f32 {
 fn prepare(
     mut contexts: EguiContexts,
     zoom: Res<UiZoom>,
-    flow: Res<GameFlow>,
+    (flow, settings): (Res<GameFlow>, Res<SettingsPage>),
+    time: Res<Time<Real>>,
     mut focus: ResMut<MenuFocus>,
     mut styled: Local<bool>,
 ) -> Result {
@@ -92,7 +109,24 @@ fn prepare(
         style(context);
         *styled = true;
     }
-    let screen = Some((flow.phase, flow.help));
+    let screen = Some(Screen {
+        phase: flow.phase,
+        help: flow.help,
+        settings: settings.open,
+    });
+    let was = focus.screen.map(|screen| screen.phase);
+    if (was, flow.phase) == (Some(Phase::Playing), Phase::Result) {
+        focus.hands_off_s = Some(0.0);
+    }
+    focus.hands_off_s = focus.hands_off_s.filter(|_| flow.phase == Phase::Result);
+    if let Some(since_s) = focus.hands_off_s {
+        context.input_mut(|input| {
+            input.events.retain(|event| !matches!(event, egui::Event::Key { .. }));
+            let [least, most] = HANDS_OFF_S;
+            let is_over = since_s >= most || since_s >= least && input.keys_down.is_empty();
+            focus.hands_off_s = (!is_over).then_some(since_s + time.delta_secs());
+        });
+    }
     let focused = context.memory(|memory| memory.focused());
     if flow.is_live() {
         // Space, arrows and Enter are the instrument's.
@@ -107,7 +141,7 @@ fn prepare(
                 .into_iter()
                 .any(|key| input.key_pressed(key))
         });
-    focus.lead = focus.screen != screen || is_asked_for;
+    focus.lead = focus.screen != screen || is_asked_for || focus.hands_off_s.is_some();
     focus.screen = screen;
     Ok(())
 }
@@ -284,8 +318,11 @@ pub fn key_cap(ui: &mut Ui, name: &str) {
 
 #[cfg(test)]
 mod tests {
-    use bevy::asset::{AssetEvent, AssetId};
-    use bevy_egui::{EguiManagedTextures, EguiPlugin, PrimaryEguiContext};
+    use bevy::{
+        asset::{AssetEvent, AssetId},
+        time::TimeUpdateStrategy,
+    };
+    use bevy_egui::{EguiManagedTextures, EguiPlugin, PrimaryEguiContext, input::EguiInputEvent};
 
     use super::*;
     use crate::game::without_display;
@@ -361,6 +398,61 @@ mod tests {
             .add_systems(EguiPrimaryContextPass, look.in_set(MenuSystems::Show));
         (0..3).for_each(|_| app.update());
         assert_eq!(app.world().resource::<Seen>().0, [[1.0; 2], [2.0; 2], [3.0; 2]]);
+    }
+
+    #[test]
+    fn keys_that_are_held_when_a_run_ends_by_itself_press_nothing() {
+        #[derive(Resource, Default)]
+        struct Clicks(u32);
+        let mut app = app();
+        let step = std::time::Duration::from_millis(100);
+        app.insert_resource(TimeUpdateStrategy::ManualDuration(step))
+            .init_resource::<Clicks>();
+        let shown = |mut contexts: EguiContexts, focus: Res<MenuFocus>, mut clicks: ResMut<Clicks>| -> Result {
+            full_screen(contexts.ctx_mut()?, "result", palette::GROUND, |ui| {
+                clicks.0 += u32::from(button(ui, "Again", focus.lead).clicked());
+            });
+            Ok(())
+        };
+        app.add_systems(EguiPrimaryContextPass, shown.in_set(MenuSystems::Show));
+        let context = (app.world_mut().query_filtered::<Entity, With<PrimaryEguiContext>>())
+            .single(app.world())
+            .unwrap();
+        // Holds a key down, or lets it go, for some frames; the clicks that came of it.
+        let hold = |app: &mut App, pressed: bool, frames: u32| {
+            let before = app.world().resource::<Clicks>().0;
+            for _ in 0..frames {
+                let event = egui::Event::Key {
+                    key: egui::Key::Space,
+                    physical_key: None,
+                    pressed,
+                    repeat: false,
+                    modifiers: egui::Modifiers::NONE,
+                };
+                app.world_mut().write_message(EguiInputEvent { context, event });
+                app.update();
+            }
+            app.world().resource::<Clicks>().0 - before
+        };
+        let go = |app: &mut App, phase| app.world_mut().resource_mut::<GameFlow>().phase = phase;
+
+        go(&mut app, Phase::Playing);
+        hold(&mut app, true, 3);
+        go(&mut app, Phase::Result);
+        assert_eq!(hold(&mut app, true, 15), 0, "held");
+        assert_eq!(hold(&mut app, false, 2), 0);
+        assert!(hold(&mut app, true, 1) > 0, "pressed anew");
+        // Whoever comes back to the debriefing presses at once.
+        go(&mut app, Phase::Progress);
+        hold(&mut app, false, 2);
+        go(&mut app, Phase::Result);
+        hold(&mut app, false, 2);
+        assert!(hold(&mut app, true, 1) > 0);
+        // Nobody is locked out by a key that never comes up.
+        go(&mut app, Phase::Playing);
+        hold(&mut app, true, 2);
+        go(&mut app, Phase::Result);
+        assert!(hold(&mut app, true, 40) > 0);
     }
 
     #[test]
