@@ -132,9 +132,20 @@ fn sound(ui: &mut Ui, sound: &mut SoundSettings, output: &SoundOutput) {
         return;
     }
     ui.horizontal(|ui| {
-        ui.add(egui::Slider::new(&mut sound.volume, 0.0..=1.0).max_decimals(2));
-        ui.label("Volume");
+        slider(ui, "Volume", &mut sound.volume, [0.0, 1.0], false);
     });
+}
+
+/// A slider with its value and its name. The value is no field of its own: with the focus in one, the arrows that lead up and down
+/// the page would change it.
+fn slider(ui: &mut Ui, name: &str, value: &mut f32, [min, max]: [f32; 2], logarithmic: bool) {
+    let slider = egui::Slider::new(value, min..=max)
+        .logarithmic(logarithmic)
+        .max_decimals(2)
+        .show_value(false);
+    ui.add(slider);
+    ui.label(format!("{value:.2}"));
+    ui.label(name);
 }
 
 fn feel(ui: &mut Ui, feel: &mut LiveFeel, hand: &mut Handedness) {
@@ -147,20 +158,15 @@ fn feel(ui: &mut Ui, feel: &mut LiveFeel, hand: &mut Handedness) {
     ui.label(RichText::new("Changing it sets all keys and buttons back to those of that hand.").weak());
     ui.separator();
     ui.label(RichText::new("Sensitivity").strong());
-    let mut slider = |name: &str, value: &mut f32, [min, max]: [f32; 2], logarithmic: bool| {
-        ui.horizontal(|ui| {
-            let slider = egui::Slider::new(value, min..=max)
-                .logarithmic(logarithmic)
-                .max_decimals(2);
-            ui.add(slider);
-            ui.label(name);
-        });
-    };
-    slider("Mouse", &mut feel.mouse, LiveFeel::FACTOR, true);
-    slider("Wheel", &mut feel.wheel, LiveFeel::FACTOR, true);
-    slider("Gamepad", &mut feel.stick, LiveFeel::FACTOR, true);
-    slider("Dead zone of sticks", &mut feel.dead_zone, LiveFeel::DEAD_ZONE, false);
-    slider("Curve of sticks", &mut feel.curve, LiveFeel::CURVE, false);
+    for (name, value, range, logarithmic) in [
+        ("Mouse", &mut feel.mouse, LiveFeel::FACTOR, true),
+        ("Wheel", &mut feel.wheel, LiveFeel::FACTOR, true),
+        ("Gamepad", &mut feel.stick, LiveFeel::FACTOR, true),
+        ("Dead zone of sticks", &mut feel.dead_zone, LiveFeel::DEAD_ZONE, false),
+        ("Curve of sticks", &mut feel.curve, LiveFeel::CURVE, false),
+    ] {
+        ui.horizontal(|ui| slider(ui, name, value, range, logarithmic));
+    }
     ui.separator();
     ui.label(RichText::new("Inverted").strong());
     let InvertedAxes {
