@@ -7,7 +7,7 @@ use bevy_egui::{
 };
 use egui_plot::{GridInput, Line, PlotPoints, Points, uniform_grid_spacer};
 use resecta_records::progress::{Curve, MAX_NAME, PastRun, curves};
-use resecta_scenario::Better;
+use resecta_scenario::{Better, MetricId};
 
 use super::{
     catalogue::Catalogue,
@@ -68,7 +68,9 @@ fn show(
                 exercises(ui, &history, &catalogue, &mut looked);
             });
             ui.add_space(16.0);
-            menu::part(ui, [ui.available_width(), height], |ui| page(ui, &history, &mut looked));
+            menu::part(ui, [ui.available_width(), height], |ui| {
+                page(ui, &history, &catalogue, &mut looked);
+            });
         });
     });
     Ok(())
@@ -165,7 +167,7 @@ fn choice(ui: &mut Ui, words: &str, is_chosen: bool, lead: bool) -> bool {
 }
 
 /// The curves of the exercise that is looked at, a page of them.
-fn page(ui: &mut Ui, history: &History, looked: &mut Looked) {
+fn page(ui: &mut Ui, history: &History, catalogue: &Catalogue, looked: &mut Looked) {
     let Some(exercise) = looked.exercise.clone() else {
         ui.label(
             RichText::new("Curves stand here once a run has ended.")
@@ -176,6 +178,13 @@ fn page(ui: &mut Ui, history: &History, looked: &mut Looked) {
     };
     let runs: Vec<&PastRun> = history.of_exercise(&exercise).collect();
     let curves = curves(&runs);
+    // What an exercise does not score may be what it is not about: nobody is told to have more or less of that.
+    let entry = catalogue.entries.iter().find(|entry| entry.loaded.name == exercise);
+    let is_asked_for = |curve: &Curve| {
+        let metric = MetricId::from_id(&curve.metric);
+        let mut rules = entry.into_iter().flat_map(|entry| &entry.loaded.exercise.scoring);
+        metric.is_none() || rules.any(|rule| Some(rule.metric) == metric)
+    };
     let pages = curves.len().div_ceil(COLUMNS * ROWS).max(1);
     looked.page = looked.page.min(pages - 1);
     ui.horizontal(|ui| {
@@ -198,7 +207,7 @@ fn page(ui: &mut Ui, history: &History, looked: &mut Looked) {
     for row in curves.chunks(COLUMNS).skip(looked.page * ROWS).take(ROWS) {
         ui.columns(COLUMNS, |uis| {
             for (ui, curve) in uis.iter_mut().zip(row) {
-                plot(ui, curve, height);
+                plot(ui, curve, is_asked_for(curve), height);
             }
         });
     }
@@ -207,7 +216,8 @@ fn page(ui: &mut Ui, history: &History, looked: &mut Looked) {
     ui.label(RichText::new(note).size(12.5).color(palette::WEAK));
 }
 
-fn plot(ui: &mut Ui, curve: &Curve, height: f32) {
+/// A curve; `is_asked_for`: whether the exercise scores it.
+fn plot(ui: &mut Ui, curve: &Curve, is_asked_for: bool, height: f32) {
     let unit = match curve.unit.as_str() {
         "1" => String::new(),
         unit => format!(", {unit}"),
@@ -215,13 +225,12 @@ fn plot(ui: &mut Ui, curve: &Curve, height: f32) {
     menu::caption(ui, &format!("{}{unit}", curve.title));
     let last = curve.points.last().map_or(0.0, |point| point.1);
     let better = match curve.better {
-        Better::More => ", more is better",
-        Better::Less => ", less is better",
-        Better::Neither => "",
+        Better::More if is_asked_for => ", more is better",
+        Better::Less if is_asked_for => ", less is better",
+        _ => "",
     };
-    let best = curve
-        .best
-        .map_or(String::new(), |best| format!(", best {}", short(best)));
+    let curve_best = curve.best.filter(|_| is_asked_for);
+    let best = curve_best.map_or(String::new(), |best| format!(", best {}", short(best)));
     ui.label(
         RichText::new(format!("last {}{best}{better}", short(last)))
             .size(12.5)
@@ -233,7 +242,7 @@ fn plot(ui: &mut Ui, curve: &Curve, height: f32) {
         .map(|&(number, value)| [number as f64, value])
         .collect();
     let best: Vec<[f64; 2]> = (points.iter().copied())
-        .filter(|point| Some(point[1]) == curve.best)
+        .filter(|point| Some(point[1]) == curve_best)
         .take(1)
         .collect();
     let most = curve.points.iter().map(|point| point.1).fold(0.0, f64::max);
