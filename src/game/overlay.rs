@@ -29,29 +29,38 @@ const END: &str = "End and show the score";
 
 pub fn plugin(app: &mut App) {
     app.init_resource::<Warnings>()
-        .add_systems(Update, watch_capsule)
+        .add_systems(Update, watch_harm)
         .add_systems(
             EguiPrimaryContextPass,
             (over_views, windows).chain().in_set(MenuSystems::Show),
         );
 }
 
-/// What is to be warned of.
+/// What is warned of when it happens, and in which words.
+const HARM: [(MetricId, &str); 2] = [
+    (MetricId::CapsuleTouches, "Capsule touched!"),
+    (MetricId::SphincterInjuries, "Sphincter injured!"),
+];
+
+/// What is to be warned of, in the order of [`HARM`].
 #[derive(Resource, Debug, Default)]
 struct Warnings {
-    touches: f64,
-    /// Time for which the last touch of the capsule is still shown, s.
-    capsule_s: f32,
+    counts: [f64; HARM.len()],
+    /// Time for which the last of each is still shown, s.
+    left_s: [f32; HARM.len()],
 }
 
-fn watch_capsule(metrics: Res<Metrics>, time: Res<Time<Real>>, mut warnings: ResMut<Warnings>) {
-    let touches = metrics.value(MetricId::CapsuleTouches);
-    warnings.capsule_s = if touches > warnings.touches {
-        WARNING_S
-    } else {
-        (warnings.capsule_s - time.delta_secs()).max(0.0)
-    };
-    warnings.touches = touches;
+fn watch_harm(metrics: Res<Metrics>, time: Res<Time<Real>>, mut warnings: ResMut<Warnings>) {
+    let warnings = &mut *warnings;
+    for ((metric, _), (count, left_s)) in HARM.iter().zip(warnings.counts.iter_mut().zip(&mut warnings.left_s)) {
+        let now = metrics.value(*metric);
+        *left_s = if now > *count {
+            WARNING_S
+        } else {
+            (*left_s - time.delta_secs()).max(0.0)
+        };
+        *count = now;
+    }
 }
 
 /// Names beside landmarks and words below the endoscope's picture.
@@ -140,17 +149,11 @@ fn over_views(
                 palette::ACCENT,
             );
         }
-        if warnings.capsule_s > 0.0 {
-            // Below what else stands at the top of the view.
-            let above = egui::pos2(area.center().x * point, (area.min.y + 0.25 * area.height()) * point);
-            shadowed(
-                &painter,
-                above,
-                Align2::CENTER_TOP,
-                "Capsule touched!",
-                22.0,
-                palette::BAD,
-            );
+        // Below what else stands at the top of the view.
+        let mut above = egui::pos2(area.center().x * point, (area.min.y + 0.25 * area.height()) * point);
+        for ((_, words), _) in HARM.iter().zip(warnings.left_s).filter(|(_, left_s)| *left_s > 0.0) {
+            shadowed(&painter, above, Align2::CENTER_TOP, words, 22.0, palette::BAD);
+            above.y += 26.0;
         }
     }
     Ok(())

@@ -138,9 +138,10 @@ fn score(ui: &mut Ui, card: &ScoreCard) {
 
 fn measured(ui: &mut Ui, metrics: &Metrics, exercise: &Exercise) {
     let value = |metric| metrics.value(metric);
-    let touches = value(MetricId::CapsuleTouches);
-    let left_s = (exercise.limits.time_s - value(MetricId::Elapsed)).max(0.0);
     let plain = palette::TEXT;
+    let [touches, injuries] = [MetricId::CapsuleTouches, MetricId::SphincterInjuries].map(value);
+    let harm = |count: f64| if count > 0.0 { BAD } else { plain };
+    let left_s = (exercise.limits.time_s - value(MetricId::Elapsed)).max(0.0);
     let asked_for = format!("Of the {}", exercise.marked.words());
     let rows = [
         ("Removed", format!("{:.2} g", value(MetricId::RemovedMass)), plain),
@@ -149,11 +150,8 @@ fn measured(ui: &mut Ui, metrics: &Metrics, exercise: &Exercise) {
             format!("{:.0} %", 100.0 * value(MetricId::MarkedRemovedShare)),
             plain,
         ),
-        (
-            "Capsule touched",
-            format!("{touches:.0}"),
-            if touches > 0.0 { BAD } else { plain },
-        ),
+        ("Capsule touched", format!("{touches:.0}"), harm(touches)),
+        ("Sphincter injured", format!("{injuries:.0}"), harm(injuries)),
         (
             "Current without contact",
             format!("{:.1} s", value(MetricId::CurrentWithoutContact)),
@@ -183,10 +181,10 @@ fn instrument(ui: &mut Ui, state: &InstrumentState) {
         ("Loop out", format!("{:.0} mm", state.stroke_mm), palette::TEXT),
         (
             "Tip up, right",
-            format!("{:+.0}°, {:+.0}°", state.pitch_deg, state.yaw_deg),
+            format!("{}, {}", degrees(state.pitch_deg), degrees(state.yaw_deg)),
             palette::TEXT,
         ),
-        ("Roll", format!("{:+.0}°", state.roll_deg), palette::TEXT),
+        ("Roll", degrees(state.roll_deg), palette::TEXT),
     ];
     table(ui, "instrument", rows);
 }
@@ -228,7 +226,7 @@ fn water(
             plain,
         ),
         (
-            "View",
+            "Water clear",
             format!("{:.0} %", 100.0 * view),
             if view < 0.3 {
                 BAD
@@ -287,6 +285,14 @@ fn right(ui: &mut Ui, text: RichText) {
     ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| ui.label(text));
 }
 
+/// Whole degrees with their sign; none before 0.
+fn degrees(angle: f32) -> String {
+    match angle.round() {
+        0.0 => "0°".into(),
+        whole => format!("{whole:+}°"),
+    }
+}
+
 /// Minutes and seconds.
 pub fn clock(seconds: f64) -> String {
     let whole = seconds.max(0.0).round() as u64;
@@ -295,7 +301,14 @@ pub fn clock(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::clock;
+    use super::{clock, degrees};
+
+    #[test]
+    fn angles_have_a_sign_but_for_nothing() {
+        for (angle, text) in [(-0.3, "0°"), (0.4, "0°"), (-0.6, "-1°"), (12.4, "+12°")] {
+            assert_eq!(degrees(angle), text);
+        }
+    }
 
     #[test]
     fn clocks_show_minutes_and_seconds() {
