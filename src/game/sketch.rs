@@ -7,8 +7,9 @@ use resecta_scenario::{LoadedExercise, MarkedRegion};
 
 use super::palette;
 
-/// Angle between the rays of the lattice that is drawn, degrees: coarse enough to be built between two frames.
-const ALPHA_DEG: f64 = 12.0;
+/// Least angle between the rays of the lattice that is drawn, degrees. From here on it is the exercise's own, so that volumes are
+/// those of play; a finer one would take longer to build than there is between two frames.
+const FINEST_DEG: f64 = 10.0;
 
 /// A sketch and the numbers beside it. Empty for a case that gives no lattice.
 #[derive(Debug, Clone, Default)]
@@ -39,7 +40,7 @@ impl Sketch {
     /// Sketches the case of an exercise.
     pub fn of(loaded: &LoadedExercise) -> Self {
         let options = LatticeOptions {
-            alpha_deg: ALPHA_DEG,
+            alpha_deg: loaded.exercise.alpha_deg.max(FINEST_DEG),
             ..Default::default()
         };
         let Ok(lattice) = Lattice::build(&loaded.case, &options) else {
