@@ -27,7 +27,7 @@ const APART_S: f64 = 1.5;
 // What waits for a clear lens has its picture before the next one is noticed.
 const _: () = assert!(PICTURE_WAITS_S < APART_S);
 /// How much nearer to the capsule than before a cut must come for another picture, mm.
-const NEARER_MM: f64 = 1.0;
+const NEARER_MM: f64 = 0.3;
 /// How many times worse than before it must be for another.
 const WORSE: f64 = 1.3;
 
@@ -112,7 +112,7 @@ fn watch(
     if let Some(moment) = moments.notice(now_s, nearest_mm, metrics.water.blood_ml) {
         let words = match moment {
             Moment::FirstCut => "First cut".to_owned(),
-            Moment::NearestCut => format!("Nearest to the capsule: {:.1} mm", moments.nearest_mm.unwrap_or(0.0)),
+            Moment::NearestCut => format!("Close to the capsule: {:.1} mm", moments.nearest_mm.unwrap_or(0.0)),
             Moment::WorstBleeding => format!("Worst bleeding: {:.1} ml/s", moments.worst_ml_per_s),
         };
         moments.waiting = Some((moment, words, now_s));
@@ -261,7 +261,7 @@ mod tests {
         assert_eq!(moments.notice(1.0, Some(9.0), 0.0), Some(Moment::FirstCut));
         assert_eq!(moments.notice(1.5, Some(3.0), 0.0), None);
         assert_eq!(moments.notice(3.0, Some(8.0), 0.0), Some(Moment::NearestCut));
-        assert_eq!(moments.notice(5.0, Some(7.5), 0.0), None);
+        assert_eq!(moments.notice(5.0, Some(7.8), 0.0), None);
         assert_eq!(moments.notice(7.0, Some(6.9), 0.0), Some(Moment::NearestCut));
         assert_eq!(moments.notice(9.0, None, 1.0), Some(Moment::WorstBleeding));
         assert_eq!(moments.notice(11.0, None, 2.1), None);
