@@ -15,7 +15,9 @@ for name in $fields; do
 done
 (cd "$made" && convert $(printf '%s.png ' $fields) +append -quality 88 endoscope.jpg)
 mv "$made/endoscope.jpg" docs/images/endoscope.jpg
-convert "$made/1280x720/play.png" -quality 88 docs/images/play.jpg
+for name in play outlines; do
+    convert "$made/1280x720/$name.png" -quality 88 docs/images/$name.jpg
+done
 
 # 37 frames over 4.5 s, one every 0.125 s; the stroke begins at the tenth.
 "$resecta" run full_operation --script docs/gallery/stroke.ron --out "$made/stroke" --frames 37

@@ -67,15 +67,15 @@ const OPERATION_PICTURES: &PlayPictures = {
         (2.2, Endoscope, Off, "verumontanum"),
         (4.4, Endoscope, Off, "bladder_neck"),
         (5.85, Endoscope, Off, "bladder"),
-        (8.0, Endoscope, Off, "loop_out"),
         (9.3, Endoscope, Off, "dent"),
         (10.9, Endoscope, Off, "cutting"),
         (12.4, Endoscope, Off, "chip"),
+        (13.6, Endoscope, Off, "loop_out"),
         (19.8, Endoscope, Off, "cut_surface"),
         (21.0, Endoscope, Off, "chips_in_bladder"),
         (29.0, Endoscope, Off, "coagulating"),
         (31.0, Endoscope, Off, "coagulated"),
-        (39.0, Endoscope, Off, "jets"),
+        (40.8, Endoscope, Off, "jets"),
         (44.6, Both, Off, "bleeding"),
         (45.1, Outside, Off, "outside"),
         (46.3, Endoscope, Off, "red_out"),
@@ -125,8 +125,8 @@ pub fn deeds() -> VecDeque<Deed> {
     ] {
         deeds.extend([Deed::Debrief(page), Deed::Picture(name)]);
     }
-    deeds.push_back(Deed::Levels { all_open: false });
     deeds.extend([Deed::Wish(Wish::Choose), Deed::Picture("choose")]);
+    deeds.push_back(Deed::Levels { all_open: false });
     deeds.extend([Deed::Wish(Wish::Progress), Deed::Picture("progress")]);
     deeds.extend([Deed::Wish(Wish::Outlines), Deed::Picture("outlines_door")]);
     deeds.extend([Deed::Outline, Deed::Picture("outlines")]);
