@@ -221,7 +221,7 @@ fn details(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, lock: Opti
             let blood = match exercise.models.water.as_ref().map(|water| water.bleeding.is_some()) {
                 Some(true) => "water, blood",
                 Some(false) => "water",
-                None => "dry",
+                None => "none",
             };
             let dye = if exercise.marked.dyed { "" } else { ", not dyed" };
             let of_mod = entry.of_mod.iter().map(|title| ("Mod", title.clone()));
@@ -232,7 +232,7 @@ fn details(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, lock: Opti
                 ("Marked", format!("{:.1} ml{dye}", sketch.marked_ml)),
                 ("Size", format!("{length:.0} × {across:.0} × {height:.0} mm")),
                 ("Time", clock(exercise.limits.time_s)),
-                ("Scene", blood.into()),
+                ("Fluids", blood.into()),
             ];
             egui::Grid::new("gland")
                 .num_columns(2)

@@ -17,7 +17,7 @@ pub const KEYS: [(&str, &str); 16] = [
     ("Zoom the outside view", "Middle mouse button and wheel, or U O"),
     ("Guidance: by skill, all, off", "G, Pad North"),
     ("Settings", "F2"),
-    ("Close what is told of files", "F4"),
+    ("Close messages about files", "F4"),
     ("Trainees and progress (in menus)", "P"),
     ("Sound on, off", "M"),
     ("This help", "H or F1"),

@@ -238,7 +238,7 @@ fn side(ui: &mut Ui, map: &CutMap, deepest: f64, hovered: Option<(usize, usize)>
         ("Middle lobe", ml(by_zone(Zone::MiddleLobe))),
         ("Peripheral zone", ml(by_zone(Zone::Peripheral))),
         ("Of what was marked", ml(sum(|cell| cell.marked_removed_mm3))),
-        ("Left of it", ml(sum(|cell| cell.marked_mm3 - cell.marked_removed_mm3))),
+        ("Still there", ml(sum(|cell| cell.marked_mm3 - cell.marked_removed_mm3))),
         (
             "Nearest to the capsule",
             if nearest.is_finite() {

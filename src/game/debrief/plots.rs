@@ -46,7 +46,14 @@ pub fn show(ui: &mut Ui, active: &ActiveExercise, log: &RunLog) {
             absorbing,
         ));
         let blind = Some((30.0, "blind below"));
-        curves.push(curve("View", "%", view, |s| 100.0 * s.visibility, 100.0, blind));
+        curves.push(curve(
+            "Clearness of the water",
+            "%",
+            view,
+            |s| 100.0 * s.visibility,
+            100.0,
+            blind,
+        ));
     }
     let touches: Vec<f64> = (log.samples.iter())
         .filter(|sample| sample.capsule)

@@ -10,7 +10,7 @@ use crate::game::palette;
 const REACH: f32 = 14.0;
 /// Radius of a landmark's dot, points.
 const DOT: f32 = 3.5;
-/// What an image does not show.
+/// What an image hardly shows.
 const HIDDEN: Color32 = Color32::from_rgb(44, 40, 60);
 /// Points of the wheel to an image.
 const WHEEL: f32 = 30.0;

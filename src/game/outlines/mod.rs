@@ -283,7 +283,7 @@ fn leave(ui: &mut Ui, editor: &mut Editor, flow: &mut GameFlow) {
 /// Where no images are open: how to open some. Whether somebody writes.
 fn door(ui: &mut Ui, editor: &mut Editor, lead: bool) -> bool {
     let words = "From transrectal ultrasound to a gland to operate on. A model of the prostate finds its outline in every image; \
-                 what it is unsure of is marked, and you mend it here. The urethra, which ultrasound does not show, is put in by rule.";
+                 what it is unsure of is marked, and you mend it here. The urethra, which ultrasound hardly shows, is put in by rule.";
     ui.set_max_width(760.0);
     ui.label(RichText::new(words).size(17.0).color(palette::WEAK));
     ui.add_space(18.0);

@@ -75,7 +75,7 @@ impl SoundDevice {
     /// Why nothing is heard, if nothing can be.
     pub fn trouble(&self) -> Option<String> {
         match self {
-            SoundDevice::NotBuilt => Some("This build has no sound: it was made without the feature `sound`.".into()),
+            SoundDevice::NotBuilt => Some("This build has no sound: it was made without the feature \"sound\".".into()),
             SoundDevice::Silent(reason) => Some(format!("No sound: {}.", reason.trim_end_matches('.'))),
             SoundDevice::Opening | SoundDevice::Plays(_) => None,
         }
