@@ -1,7 +1,7 @@
 //! Pieces: parts of the tissue that nothing holds any more.
 //!
 //! Two pentahedra are connected where something is kept of the face between them. A pentahedron is one: two parts of it
-//! that a cut has parted count as connected until one of them goes.
+//! that a cut has parted count as connected until one of them goes, but for crumbs (`crumbs.rs`).
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
