@@ -161,6 +161,17 @@ impl Catalogue {
         self.selected = place.unwrap_or(self.selected);
     }
 
+    /// Looks at the one that follows the one of this name in the curriculum or in its mod; at that one itself where none does.
+    pub fn select_after(&mut self, name: &str) {
+        self.select(name);
+        let of_mod = |entry: &Entry| entry.of_mod.clone();
+        let present = self.entries.get(self.selected).map(of_mod);
+        let next = self.entries.get(self.selected + 1);
+        if next.is_some_and(|next| next.level.is_some() && Some(of_mod(next)) == present) {
+            self.selected += 1;
+        }
+    }
+
     /// Puts what was read anew in the place of what was there: what has a fault now stays as it was when it had none.
     /// Returns the names of exercises that say something else than before, are new or gone.
     pub fn renew(&mut self, read: Catalogue) -> Vec<String> {

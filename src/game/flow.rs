@@ -296,7 +296,13 @@ fn carry_out(
             Wish::Outlines => flow.phase = Phase::Outlines,
             Wish::Choose => {
                 if let Some(active) = &active {
-                    catalogue.select(&active.name);
+                    // Whoever has done all of it goes on.
+                    match *state {
+                        RunState::Ended(EndReason::GoalsReached) if !flow.watches => {
+                            catalogue.select_after(&active.name)
+                        }
+                        _ => catalogue.select(&active.name),
+                    }
                 }
                 *state = RunState::Briefing;
                 flow.phase = Phase::Choosing;
@@ -466,6 +472,44 @@ mod tests {
         trial.steps(2);
         assert_eq!(flow(&mut trial).phase, Phase::Result);
         assert_eq!(trial.app.world().resource::<History>().runs().len(), 1);
+    }
+
+    #[test]
+    fn whoever_has_done_all_of_it_looks_at_the_next_exercise() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut trial = game(&shown(folder.path()));
+        let shipped = Sources {
+            library: resecta_scenario::Library::new(crate::assets::find().unwrap()),
+            mods: None,
+            own: None,
+        };
+        let catalogue = shipped.read();
+        let names: Vec<String> = catalogue
+            .entries
+            .iter()
+            .map(|entry| entry.loaded.name.clone())
+            .collect();
+        trial.app.insert_resource(catalogue);
+        let last = names.len() - 1;
+        for (done, reason, watches, looked_at) in [
+            (0, EndReason::GoalsReached, false, 1),
+            (0, EndReason::GoalsReached, true, 0),
+            (2, EndReason::Player, false, 2),
+            (last, EndReason::GoalsReached, false, last),
+        ] {
+            let world = trial.app.world_mut();
+            world.resource_mut::<ActiveExercise>().name = names[done].clone();
+            *world.resource_mut::<RunState>() = RunState::Ended(reason);
+            let mut flow = flow(&mut trial);
+            (flow.phase, flow.watches) = (Phase::Result, watches);
+            flow.wish(Wish::Choose);
+            trial.steps(1);
+            assert_eq!(
+                trial.app.world().resource::<Catalogue>().selected,
+                looked_at,
+                "{done} {reason:?}"
+            );
+        }
     }
 
     #[test]

@@ -70,7 +70,7 @@ const OPERATION_PICTURES: &PlayPictures = {
         (9.3, Endoscope, Off, "dent"),
         (10.9, Endoscope, Off, "cutting"),
         (12.4, Endoscope, Off, "chip"),
-        (13.6, Endoscope, Off, "loop_out"),
+        (13.4, Endoscope, Off, "loop_out"),
         (19.8, Endoscope, Off, "cut_surface"),
         (21.0, Endoscope, Off, "chips_in_bladder"),
         (29.0, Endoscope, Off, "coagulating"),
@@ -125,7 +125,11 @@ pub fn deeds() -> VecDeque<Deed> {
     ] {
         deeds.extend([Deed::Debrief(page), Deed::Picture(name)]);
     }
-    deeds.extend([Deed::Wish(Wish::Choose), Deed::Picture("choose")]);
+    deeds.extend([
+        Deed::Wish(Wish::Choose),
+        Deed::Select("middle_lobe"),
+        Deed::Picture("choose"),
+    ]);
     deeds.push_back(Deed::Levels { all_open: false });
     deeds.extend([Deed::Wish(Wish::Progress), Deed::Picture("progress")]);
     deeds.extend([Deed::Wish(Wish::Outlines), Deed::Picture("outlines_door")]);
