@@ -63,8 +63,8 @@ impl Puff {
                     age: 0.0,
                     life: 0.30 + 0.25 * chance.next(),
                     // Thin where it leaves the vessel, where discs lie on each other.
-                    size: [0.08, 0.5 + 0.9 * chance.next()],
-                    dense: 0.30 + 0.25 * chance.next(),
+                    size: [0.10, 0.6 + 0.8 * chance.next()],
+                    dense: 0.45 + 0.30 * chance.next(),
                 }
             }
             VesselKind::Venous => Puff {
@@ -73,7 +73,7 @@ impl Puff {
                 age: 0.0,
                 life: 1.5 + chance.next(),
                 size: [0.30, 1.6 + 0.6 * chance.next()],
-                dense: 0.40,
+                dense: 0.50,
             },
         }
     }
