@@ -75,7 +75,7 @@ const OPERATION_PICTURES: &PlayPictures = {
         (21.0, Endoscope, Off, "chips_in_bladder"),
         (29.0, Endoscope, Off, "coagulating"),
         (31.0, Endoscope, Off, "coagulated"),
-        (35.4, Endoscope, Off, "jets"),
+        (34.9, Endoscope, Off, "jets"),
         (44.6, Both, Off, "bleeding"),
         (45.1, Outside, Off, "outside"),
         (46.3, Endoscope, Off, "red_out"),
