@@ -11,11 +11,11 @@ use crate::field::Field;
 use crate::lookup::Lookup;
 use crate::sublattice::FACES;
 
-/// A crumb has no more points than this: a search that found more is in the organ, or in a piece large enough to be cut. A
-/// pentahedron of 2 mm at a spacing of 0.5 mm has some 75.
+/// A crumb has no more kept points than this (those on faces count for each pentahedron): a search that found more is in the organ, or
+/// in a piece large enough to be cut. A pentahedron of 2 mm at a spacing of 0.5 mm has some 75. Our choice.
 const MOST_POINTS: usize = 200;
 
-/// Stands for no label.
+/// Stands for no part.
 const NONE: u32 = u32::MAX;
 
 /// The parts of one pentahedron that are not connected inside of it.
@@ -54,8 +54,8 @@ struct Search {
 }
 
 impl Field {
-    /// Takes away the crumbs in and around some pentahedra (those that a cut took from); nothing where there are none. Indices
-    /// that name no pentahedron are passed over.
+    /// Takes away the crumbs that reach into some pentahedra (those that a cut took from); nothing where there are none. Indices
+    /// that name no pentahedron are passed over. The cost follows the pentahedra given and those beside them.
     ///
     /// Points of a crumb that other tissue shares go too, so that it loses a little where they touch.
     pub fn brush_off(&mut self, around: &[u32]) -> Cut {
