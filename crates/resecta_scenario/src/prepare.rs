@@ -93,7 +93,8 @@ impl LoadedExercise {
             source,
         })?;
 
-        let walls = Walls::of_lattice(&lattice);
+        let neck_z = self.case.landmarks.bladder_neck.map(|neck| neck.z);
+        let walls = Walls::of_lattice(&lattice, neck_z);
         let marked = MarkedRegion::of_lattice(&self.exercise.marked, &lattice, &self.case.landmarks);
         if marked.total_mm3() <= 0.0 {
             let expected = "a region with tissue in it: widen zones, clock, height or depth";
@@ -130,7 +131,10 @@ impl LoadedExercise {
         material.shear = models.shear.unwrap_or(material.shear);
         material.poisson_ratio = models.poisson_ratio.or(material.poisson_ratio);
         rules::of_material(&material).map_err(broken)?;
-        let mesh = TissueMesh::from_lattice(&lattice, material.shear);
+        let mut mesh = TissueMesh::from_lattice(&lattice, material.shear);
+        if let Some(neck_z) = neck_z {
+            mesh.end_capsule_at(neck_z);
+        }
         let tissue = resecta_solver::Tissue::new(&mesh, &material).map_err(|source| ExerciseError::Tissue {
             file: self.file.clone(),
             place: None,

@@ -27,7 +27,7 @@ impl MarkedRegion {
     /// The elements of a lattice that meet every condition of `marked`. A height from a landmark that the case lacks
     /// marks nothing; a completed case has both.
     pub fn of_lattice(marked: &Marked, lattice: &Lattice, landmarks: &Landmarks) -> Self {
-        let walls = Walls::of_lattice(lattice);
+        let walls = Walls::of_lattice(lattice, landmarks.bladder_neck.map(|neck| neck.z));
         let position = |node: u32| lattice.positions[node as usize];
         let volume = |(index, nodes): (usize, &[u32; 6])| {
             let centroid = wedge::centroid(nodes, position);

@@ -9,6 +9,8 @@ use resecta_anatomy::Lattice;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Walls {
     rings: Vec<Ring>,
+    /// Height at which the capsule ends, mm; none where it goes all the way.
+    capsule_end_z: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -21,8 +23,9 @@ struct Ring {
 }
 
 impl Walls {
-    /// The walls of a lattice at rest.
-    pub fn of_lattice(lattice: &Lattice) -> Self {
+    /// The walls of a lattice at rest. The capsule ends at the bladder neck, at this height, mm, if there is one: see
+    /// [`TissueMesh::end_capsule_at`](resecta_solver::TissueMesh::end_capsule_at).
+    pub fn of_lattice(lattice: &Lattice, neck_z: Option<f64>) -> Self {
         let shape = lattice.shape;
         let layer = |slice, layer| {
             (0..shape.angles)
@@ -37,6 +40,7 @@ impl Walls {
         };
         Self {
             rings: (0..shape.slices).zip(&lattice.centres).map(ring).collect(),
+            capsule_end_z: neck_z,
         }
     }
 
@@ -79,9 +83,11 @@ impl Walls {
         self.distance(point, |ring| &ring.urethra)
     }
 
-    /// Distance from the capsule in the transverse plane, mm.
+    /// Distance from the capsule, mm: in the transverse plane, beyond its end from its rim.
     pub fn capsule_mm(&self, point: DVec3) -> f64 {
-        self.distance(point, |ring| &ring.capsule)
+        let z = self.capsule_end_z.map_or(point.z, |end| point.z.min(end));
+        let across = self.distance(point.with_z(z), |ring| &ring.capsule);
+        across.hypot(point.z - z)
     }
 
     /// What the two rings about a height make, with how far the height is from the first to the second (0 to 1).

@@ -8,6 +8,7 @@ use resecta_instrument::InstrumentState;
 use resecta_scenario::{
     ActiveExercise, EndReason, Library, MetricId, Metrics, Report, RunState, Trace, spawn_exercise, testing::Trial,
 };
+use resecta_solver::NodeKind;
 use resecta_tissue::{Tissue, TissueTint};
 
 fn library() -> Library {
@@ -64,6 +65,34 @@ fn the_marked_part_is_middle_lobe_off_the_capsule() {
     let adenoma = Zone::ALL.into_iter().filter(|zone| zone.is_adenoma());
     let adenoma_mm3: f64 = adenoma.map(|zone| prepared.zone_mm3[zone.index()]).sum();
     assert!(prepared.marked.total_mm3() < adenoma_mm3);
+}
+
+#[test]
+fn the_lobe_in_the_bladder_has_no_capsule() {
+    let loaded = library().load("first_cuts").unwrap();
+    let neck_z = loaded.case.landmarks.bladder_neck.unwrap().z;
+    let lobe_z = loaded.case.slices.last().unwrap().z;
+    assert!(lobe_z > neck_z + 5.0, "a lobe in the bladder");
+    let prepared = loaded.prepare().unwrap();
+    let tissue = prepared.tissue.solver();
+    let of_kind = |kind| (0..tissue.node_count() as u32).filter(move |&node| tissue.node_kind(node) == kind);
+    let heights = of_kind(NodeKind::Capsule).map(|node| f64::from(tissue.rest_position(node).z));
+    let highest = heights.fold(f64::NEG_INFINITY, f64::max);
+    assert!(
+        highest < neck_z + 0.01 && highest > neck_z - 5.0,
+        "{highest} of {neck_z} mm"
+    );
+    // The wall that covers the lobe holds it all the same.
+    let held = (0..tissue.pentahedron_count() as u32).filter(|&index| tissue.is_held(index));
+    let bare = held.filter(|&index| f64::from(tissue.rest_centroid(index).z) > neck_z);
+    assert!(bare.clone().count() > 0);
+    for index in bare {
+        let centroid = tissue.rest_centroid(index).as_dvec3();
+        assert!(prepared.walls.capsule_mm(centroid) >= centroid.z - neck_z);
+        let whole = tissue.pentahedron_nodes(index).map(|node| tissue.rest_position(node).z);
+        let is_beyond = whole.iter().all(|&z| f64::from(z) > neck_z + 0.01);
+        assert!(!is_beyond || tissue.capsule_area_mm2(index) == 0.0);
+    }
 }
 
 #[test]

@@ -72,7 +72,11 @@ impl Tissue {
         let reached = volumes.iter().flat_map(|volumes| volumes.layout().reached());
         reached.for_each(|blocks| sleep.join(blocks));
         let rest = Vectors::of(sites, mesh.positions.iter().map(|position| position.as_vec3()));
-        let (support, capsule_area) = support(mesh, material, &kind, &mass, &surface);
+        let Bed {
+            support,
+            capsule_area,
+            held,
+        } = bed(mesh, material, &mass, &surface);
         let support = Scalars::of(sites, support);
         let nodes = Nodes {
             inverse_inertia: Scalars::of(sites, mass.iter().map(|mass| 1.0 / mass)),
@@ -120,6 +124,7 @@ impl Tissue {
                 rest_volume,
                 fill: vec![1.0; mesh.pentahedra.len()],
                 capsule_area,
+                held,
                 alive: vec![true; mesh.pentahedra.len()],
                 share_start,
                 shares,
@@ -320,6 +325,12 @@ fn check(mesh: &TissueMesh, material: &Material) -> Result<(), MeshError> {
         mesh.positions.len(),
         mesh.capsule.iter().map(std::slice::from_ref),
     )?;
+    named(
+        "covered entry",
+        "node",
+        mesh.positions.len(),
+        mesh.covered.iter().map(std::slice::from_ref),
+    )?;
     let (pentahedra, springs) = (mesh.pentahedra.len(), mesh.springs.len());
     named(
         "share",
@@ -378,40 +389,61 @@ fn rest_volumes(mesh: &TissueMesh) -> Result<Vec<f64>, MeshError> {
     mesh.pentahedra.iter().enumerate().map(volume_of).collect()
 }
 
-/// Stiffness of the bed under every node, µN/mm, and the area of every pentahedron on the capsule, mm².
-///
-/// A capsule node carries a third of each exposed triangle whose corners all lie on the capsule. One that has no such
+/// What surrounds an organ.
+struct Bed {
+    /// Its stiffness under every node, µN/mm.
+    support: Vec<f32>,
+    /// The area of every pentahedron on the capsule, mm².
+    capsule_area: Vec<f32>,
+    /// Whether it holds a face of the pentahedron.
+    held: Vec<bool>,
+}
+
+/// A held node, one of the capsule or covered, carries a third of each exposed triangle whose corners all are. One that has no such
 /// triangle (a single point of attachment) carries the face of a cube of its own volume.
-fn support(
-    mesh: &TissueMesh,
-    material: &Material,
-    kind: &[NodeKind],
-    mass: &[f32],
-    surface: &Surface,
-) -> (Vec<f32>, Vec<f32>) {
-    let mut area = vec![0.0f64; mesh.positions.len()];
+fn bed(mesh: &TissueMesh, material: &Material, mass: &[f32], surface: &Surface) -> Bed {
+    let count = mesh.positions.len();
+    let marked = |nodes: &mut dyn Iterator<Item = &u32>| {
+        let mut marks = vec![false; count];
+        nodes.for_each(|&node| marks[node as usize] = true);
+        marks
+    };
+    let is_capsule = marked(&mut mesh.capsule.iter());
+    let is_held = marked(&mut mesh.capsule.iter().chain(&mesh.covered));
+    let mut area = vec![0.0f64; count];
     let mut capsule_area = vec![0.0f32; mesh.pentahedra.len()];
+    let mut held = vec![false; mesh.pentahedra.len()];
     for (slot, triangle) in surface.triangles() {
-        if triangle.iter().all(|&node| kind[node as usize] == NodeKind::Capsule) {
-            let [a, b, c]: [DVec3; 3] = triangle.map(|node| mesh.positions[node as usize]);
-            let triangle_area = 0.5 * (b - a).cross(c - a).length();
-            capsule_area[surface.owner(slot) as usize] += triangle_area as f32;
-            triangle
-                .iter()
-                .for_each(|&node| area[node as usize] += triangle_area / 3.0);
+        let all = |marks: &[bool]| triangle.iter().all(|&node| marks[node as usize]);
+        if !all(&is_held) {
+            continue;
         }
+        let [a, b, c]: [DVec3; 3] = triangle.map(|node| mesh.positions[node as usize]);
+        let triangle_area = 0.5 * (b - a).cross(c - a).length();
+        let owner = surface.owner(slot) as usize;
+        held[owner] = true;
+        if all(&is_capsule) {
+            capsule_area[owner] += triangle_area as f32;
+        }
+        triangle
+            .iter()
+            .for_each(|&node| area[node as usize] += triangle_area / 3.0);
     }
-    for &node in &mesh.capsule {
+    for &node in mesh.capsule.iter().chain(&mesh.covered) {
         let node = node as usize;
         if area[node] == 0.0 {
             area[node] = (f64::from(mass[node]) / material.density_g_per_mm3).powf(2.0 / 3.0);
         }
     }
-    let stiffness = area
+    let support = area
         .iter()
         .map(|area| (material.support_pa_per_mm * area) as f32)
         .collect();
-    (stiffness, capsule_area)
+    Bed {
+        support,
+        capsule_area,
+        held,
+    }
 }
 
 fn springs(mesh: &TissueMesh, modulus_pa: f64) -> Result<Springs, MeshError> {

@@ -39,6 +39,8 @@ pub struct TissueMesh {
     pub lumen: Vec<u32>,
     /// Nodes on the capsule, held elastically by what surrounds the organ.
     pub capsule: Vec<u32>,
+    /// Nodes that are held as the capsule is and are none of it: see [`end_capsule_at`](Self::end_capsule_at).
+    pub covered: Vec<u32>,
 }
 
 /// Why a mesh cannot be a tissue.
@@ -144,6 +146,9 @@ const AXIS_BESIDE_DIAGONALS: f32 = 0.4;
 /// Share of the volume that works along each family of face diagonals.
 const DIAGONAL: f32 = 0.8;
 
+/// A node this near to a height is on it, mm.
+const ON_HEIGHT_MM: f64 = 1e-3;
+
 impl TissueMesh {
     /// The tissue of a lattice: the springs of the papers, with face diagonals where `shear` asks for them.
     pub fn from_lattice(lattice: &Lattice, shear: ShearResistance) -> TissueMesh {
@@ -185,7 +190,19 @@ impl TissueMesh {
             shares,
             lumen: layer(0).collect(),
             capsule: layer(shape.layers - 1).collect(),
+            covered: Vec::new(),
         }
+    }
+
+    /// Ends the capsule at a height, mm. What of an organ lies beyond the bladder neck has none: the bladder's wall covers it, and
+    /// holds it as well.
+    pub fn end_capsule_at(&mut self, z_mm: f64) {
+        let positions = &self.positions;
+        let is_beyond = |node: &mut u32| {
+            let place = positions.get(*node as usize);
+            place.is_some_and(|place| place.z > z_mm + ON_HEIGHT_MM)
+        };
+        self.covered.extend(self.capsule.extract_if(.., is_beyond));
     }
 
     /// The tissue of an organ that is no lattice: every edge of a pentahedron becomes a spring. It has no lumen and no

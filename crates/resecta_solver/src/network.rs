@@ -254,6 +254,7 @@ impl Tissue {
                 rest_volume: Vec::new(),
                 fill: Vec::new(),
                 capsule_area: Vec::new(),
+                held: Vec::new(),
                 alive: Vec::new(),
                 share_start: vec![0],
                 shares: Vec::new(),

@@ -85,6 +85,8 @@ pub(crate) struct Pentahedra {
     pub fill: Vec<f64>,
     /// Area of the faces that lie on the capsule, mm².
     pub capsule_area: Vec<f32>,
+    /// Whether what surrounds the organ holds any of its faces.
+    pub held: Vec<bool>,
     pub alive: Vec<bool>,
     /// The springs each stands behind, with the volume (mm³) it lends: `shares[start[p]..start[p + 1]]`.
     pub share_start: Vec<u32>,
@@ -321,6 +323,12 @@ impl Tissue {
     /// Area of a pentahedron's faces that lie on the capsule at rest, mm².
     pub fn capsule_area_mm2(&self, pentahedron: u32) -> f32 {
         self.pentahedra.capsule_area[pentahedron as usize]
+    }
+
+    /// Whether what surrounds the organ holds a pentahedron by one of its faces: the capsule, or what covers the organ where it has
+    /// none ([`TissueMesh::covered`]).
+    pub fn is_held(&self, pentahedron: u32) -> bool {
+        self.pentahedra.held[pentahedron as usize]
     }
 
     /// Mean of a pentahedron's corners at rest, mm.

@@ -3,10 +3,10 @@
 
 mod common;
 
-use common::block_mesh;
 use common::networks::{chain, cube, tissue, uniform};
+use common::{block_mesh, tube_lattice};
 use glam::{DQuat, DVec3, Vec3};
-use resecta_solver::{Material, Network, Tissue, TissueMesh};
+use resecta_solver::{Material, Network, NodeKind, ShearResistance, Tissue, TissueMesh};
 
 const EPSILON: f64 = f32::EPSILON as f64;
 
@@ -222,5 +222,37 @@ fn a_renumbered_scene_gives_the_renumbered_answer() {
             let off = other.precise_position(renumbered(node)) - plain.precise_position(node);
             assert!(off.length() < 2.0 * 9.0 * 8.0 * EPSILON, "node {node}: {off}");
         }
+    }
+}
+
+#[test]
+fn what_covers_an_organ_beyond_its_capsule_holds_it_as_the_capsule_does() {
+    let lattice = tube_lattice(20.0);
+    let whole = TissueMesh::from_lattice(&lattice, ShearResistance::Diagonals);
+    let mut ended = whole.clone();
+    ended.end_capsule_at(15.0);
+    let [whole, ended] = [&whole, &ended].map(|mesh| Tissue::new(mesh, &Material::default()).unwrap());
+
+    let (mut held, mut of_capsule) = (0, 0);
+    for node in 0..whole.node_count() as u32 {
+        assert_eq!(whole.support(node), ended.support(node));
+        let was_capsule = whole.node_kind(node) == NodeKind::Capsule;
+        let is_capsule = ended.node_kind(node) == NodeKind::Capsule;
+        assert_eq!(is_capsule, was_capsule && whole.rest_position(node).z <= 15.001);
+        (held, of_capsule) = (held + u32::from(was_capsule), of_capsule + u32::from(is_capsule));
+    }
+    assert!(of_capsule > 0 && of_capsule < held);
+
+    let area = |tissue: &Tissue| -> f64 {
+        let pentahedra = 0..tissue.pentahedron_count() as u32;
+        pentahedra.map(|index| f64::from(tissue.capsule_area_mm2(index))).sum()
+    };
+    // It ends with the last ring of faces below that height, less than one of them short of half the tube.
+    let share = area(&ended) / area(&whole);
+    let ring = 1.0 / f64::from(lattice.shape.slices - 1);
+    assert!(share <= 0.5 + 1e-6 && share > 0.5 - ring, "{share}");
+    for index in 0..whole.pentahedron_count() as u32 {
+        assert_eq!(whole.is_held(index), ended.is_held(index));
+        assert!([0.0, whole.capsule_area_mm2(index)].contains(&ended.capsule_area_mm2(index)));
     }
 }

@@ -108,6 +108,7 @@ fn a_mesh_with_a_value_or_an_index_that_cannot_be_is_refused_by_name() {
     assert!(refused(&|mesh| mesh.springs[2] = [0, 99]).contains("spring 2"));
     assert!(refused(&|mesh| mesh.lumen = vec![0, 99]).contains("lumen entry 1"));
     assert!(refused(&|mesh| mesh.capsule = vec![99]).contains("capsule entry 0"));
+    assert!(refused(&|mesh| mesh.covered = vec![0, 1, 99]).contains("covered entry 2"));
     assert!(refused(&|mesh| mesh.shares[3].pentahedron = 99).contains("share 3"));
     assert!(refused(&|mesh| mesh.shares[3].spring = 99).contains("share 3"));
     assert!(refused(&|mesh| mesh.positions.push(DVec3::ZERO)).contains("node 12"));

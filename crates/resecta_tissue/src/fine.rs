@@ -36,7 +36,7 @@ const COAGULATED_DEEP_MM: f64 = 1.0;
 /// The finer boundary of a tissue.
 pub(crate) struct Fine {
     field: Field,
-    /// The capsule holds the tissue.
+    /// What surrounds the organ holds the tissue.
     holds: Holds,
     /// Where the nodes are, in one piece for the field.
     nodes: Vec<Vec3>,
@@ -113,7 +113,7 @@ impl Fine {
         if !gone.is_empty() {
             field.empty(&gone)?;
         }
-        let holds = field.holds(|pentahedron| solver.capsule_area_mm2(pentahedron) > 0.0);
+        let holds = field.holds(|pentahedron| solver.is_held(pentahedron));
         Ok(Self {
             field,
             holds,

@@ -90,7 +90,8 @@ metrics! {
     UnmarkedShare = "unmarked_share", "Cut beside the mark", "1", Less;
     /// Volume removed that is no adenoma.
     HealthyRemoved = "healthy_removed_mm3", "Healthy tissue removed", "mm3", Less;
-    /// Separate times that the loop met the capsule with current on: touching or cutting it, at least 0.25 s apart.
+    /// Separate times that the loop met the capsule with current on: touching or cutting it, at least 0.25 s apart. It ends at the
+    /// bladder neck.
     CapsuleTouches = "capsule_touches", "Capsule touched", "1", Less;
     /// Time with the loop on the capsule and current on.
     CapsuleTouchTime = "capsule_touch_s", "Time on the capsule", "s", Less;
