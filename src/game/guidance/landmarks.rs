@@ -17,6 +17,9 @@ use crate::view::{ViewSystems, shown_at};
 /// Within this distance of the capsule a wall is called by it, mm.
 const CAPSULE_MM: f64 = 1.0;
 
+/// Rays in a row that have to meet something else before the middle is called by that: at an edge they meet now this, now that.
+const STEADY: u32 = 3;
+
 pub fn plugin(app: &mut App) {
     app.init_resource::<Seen>()
         .add_systems(Update, look.in_set(ViewSystems::Last));
@@ -30,6 +33,8 @@ pub struct Seen {
     landmarks: Vec<Marked>,
     /// The tissue in the middle of the picture, or what lies there in its place.
     pub middle: &'static str,
+    /// What rays to the middle met last, where that is something else, and how many did in a row.
+    instead: (&'static str, u32),
     /// Whose turn it is: a landmark, or the middle after the last.
     turn: usize,
 }
@@ -78,10 +83,26 @@ fn look(
             let lens = scope.lens_pose(state);
             let (eye, ahead) = (Vec3::from(lens.translation), lens.rotation * Vec3::NEG_Z);
             let hit = sight.first_hit_mm(eye, ahead).filter(|hit| *hit < FAR_MM);
-            seen.middle = match (hit, sight.rays.tissue(active.tissue)) {
+            let met = match (hit, sight.rays.tissue(active.tissue)) {
                 (Some(hit), Some(tissue)) => name_of(&active, tissue, eye + hit * ahead),
                 _ => beyond(&active, eye + 0.5 * FAR_MM * ahead),
             };
+            seen.meet(met);
+        }
+    }
+}
+
+impl Seen {
+    /// Takes into account what a ray to the middle met.
+    fn meet(&mut self, met: &'static str) {
+        let (instead, times) = self.instead;
+        self.instead = match met {
+            _ if met == self.middle => ("", 0),
+            _ if met == instead => (met, times + 1),
+            _ => (met, 1),
+        };
+        if self.middle.is_empty() || self.instead.1 >= STEADY {
+            (self.middle, self.instead) = (met, ("", 0));
         }
     }
 }
@@ -163,5 +184,26 @@ pub fn show(painter: &Painter, camera: &Camera, eye: &GlobalTransform, zoom: f32
         // It names what lies ahead, not what it stands on.
         let words = format!("ahead: {}", seen.middle);
         shadowed(painter, below, Align2::CENTER_CENTER, &words, 15.0, text);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_is_called_otherwise_once_rays_agree_on_it() {
+        let mut seen = Seen::default();
+        let mut called = |met: &[&'static str]| {
+            met.iter().for_each(|met| seen.meet(met));
+            seen.middle
+        };
+        assert_eq!(called(&["middle lobe"]), "middle lobe", "the first at once");
+        assert_eq!(
+            called(&["capsule", "middle lobe", "capsule", "apex", "capsule"]),
+            "middle lobe"
+        );
+        assert_eq!(called(&["middle lobe", "capsule", "capsule"]), "middle lobe");
+        assert_eq!(called(&["capsule"]), "capsule");
     }
 }
