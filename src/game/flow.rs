@@ -9,7 +9,7 @@ use bevy::{
 use resecta_instrument::{InstrumentSource, LiveInput};
 use resecta_records::{Hands, RunRecorder, record_run};
 use resecta_scenario::{
-    ActiveExercise, EndReason, ExerciseError, LoadedExercise, PreparedExercise, RunState, spawn_exercise,
+    ActiveExercise, EndReason, ExerciseError, LoadedExercise, Metrics, PreparedExercise, RunState, spawn_exercise,
 };
 use resecta_tissue::TissueSettings;
 
@@ -99,6 +99,10 @@ pub enum Wish {
     Restart,
     /// Be done with it.
     End,
+    /// Not what would have lost the run, after all.
+    Keep,
+    /// That, and let the run be lost.
+    Lose,
     /// Show or hide the help.
     Help,
     /// The next arrangement of the views.
@@ -108,6 +112,9 @@ pub enum Wish {
     /// Leave.
     Quit,
 }
+
+/// A run that is shorter than this may be lost by a slip, s.
+const SOON_DONE_AGAIN_S: f64 = 20.0;
 
 /// Where the game stands.
 #[derive(Resource, Debug, Default)]
@@ -122,6 +129,8 @@ pub struct GameFlow {
     pub is_writing: bool,
     /// Whether the exercise is shown to the player, who has no hands on the instrument.
     pub watches: bool,
+    /// What would lose the run in play, and waits until the player says so.
+    pub doubt: Option<Wish>,
     /// Why the exercise could not be started.
     pub trouble: Option<String>,
     /// The exercise in play as it was loaded, to start it again from.
@@ -285,12 +294,26 @@ fn carry_out(
     mut closing: MessageWriter<WindowCloseRequested>,
     mut catalogue: ResMut<Catalogue>,
     (history, kept): (Res<History>, Res<KeptSettings>),
-    active: Option<Res<ActiveExercise>>,
+    (active, metrics): (Option<Res<ActiveExercise>>, Res<Metrics>),
     (buttons, keys): (Res<ButtonInput<MouseButton>>, Res<ButtonInput<KeyCode>>),
     mut commands: Commands,
 ) {
     for wish in std::mem::take(&mut flow.wishes) {
+        let doubt = flow.doubt.take();
+        let would_lose = matches!(wish, Wish::Restart | Wish::Choose | Wish::Quit)
+            && flow.phase == Phase::Paused
+            && !flow.watches
+            && metrics.elapsed_s() >= SOON_DONE_AGAIN_S;
+        if would_lose {
+            flow.doubt = Some(wish);
+            continue;
+        }
+        let wish = match (wish, doubt) {
+            (Wish::Lose, Some(doubt)) => doubt,
+            _ => wish,
+        };
         match wish {
+            Wish::Keep | Wish::Lose => {}
             Wish::Title => flow.phase = Phase::Title,
             Wish::Progress => flow.phase = Phase::Progress,
             Wish::Outlines => flow.phase = Phase::Outlines,
@@ -510,6 +533,42 @@ mod tests {
                 "{done} {reason:?}"
             );
         }
+    }
+
+    #[test]
+    fn a_run_is_lost_only_by_who_says_so_twice() {
+        let folder = tempfile::tempdir().unwrap();
+        let loaded = shown(folder.path());
+        let mut trial = game(&loaded);
+        let ask = |trial: &mut Trial, wish: Wish| {
+            flow(trial).wish(wish);
+            trial.steps(1);
+            let flow = flow(trial);
+            (flow.phase, flow.doubt)
+        };
+        let played = |trial: &mut Trial, steps: u32| {
+            ask(trial, Wish::Play);
+            trial.steps(steps);
+            ask(trial, Wish::Pause);
+        };
+        let enough = (SOON_DONE_AGAIN_S * 60.0) as u32 + 2;
+        played(&mut trial, enough);
+        for wish in [Wish::Restart, Wish::Choose, Wish::Quit] {
+            assert_eq!(ask(&mut trial, wish), (Phase::Paused, Some(wish)));
+            assert_eq!(ask(&mut trial, Wish::Keep), (Phase::Paused, None));
+        }
+        // Told of nothing else once it was kept.
+        assert_eq!(ask(&mut trial, Wish::Lose), (Phase::Paused, None));
+        ask(&mut trial, Wish::Choose);
+        assert_eq!(ask(&mut trial, Wish::Play), (Phase::Playing, None));
+        ask(&mut trial, Wish::Pause);
+        ask(&mut trial, Wish::Choose);
+        assert_eq!(ask(&mut trial, Wish::Lose), (Phase::Choosing, None));
+
+        // What is soon done again is not asked about.
+        let mut trial = game(&loaded);
+        played(&mut trial, 60);
+        assert_eq!(ask(&mut trial, Wish::Restart).0, Phase::Preparing);
     }
 
     #[test]

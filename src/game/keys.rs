@@ -49,6 +49,7 @@ pub(super) fn read(keys: Res<ButtonInput<KeyCode>>, pads: Query<&Gamepad>, mut f
             Phase::Choosing | Phase::Outlines => flow.wish(Wish::Title),
             Phase::Progress | Phase::Briefing | Phase::Result => flow.wish(Wish::Choose),
             Phase::Playing => flow.wish(Wish::Pause),
+            Phase::Paused if flow.doubt.is_some() => flow.wish(Wish::Keep),
             Phase::Paused => flow.wish(Wish::Play),
         }
     }

@@ -76,6 +76,7 @@ struct Screen {
     phase: Phase,
     help: bool,
     settings: bool,
+    asks: bool,
 }
 
 fn follow_window(windows: Query<&Window, With<PrimaryWindow>>, mut zoom: ResMut<UiZoom>) {
@@ -113,6 +114,7 @@ fn prepare(
         phase: flow.phase,
         help: flow.help,
         settings: settings.open,
+        asks: flow.doubt.is_some(),
     });
     let was = focus.screen.map(|screen| screen.phase);
     if (was, flow.phase) == (Some(Phase::Playing), Phase::Result) {

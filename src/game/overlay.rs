@@ -186,6 +186,7 @@ fn windows(
     focus: Res<MenuFocus>,
     bindings: Res<InstrumentBindings>,
     pads: Query<(), With<Gamepad>>,
+    metrics: Res<Metrics>,
     mut flow: ResMut<GameFlow>,
 ) -> Result {
     let context = contexts.ctx_mut()?;
@@ -204,7 +205,12 @@ fn windows(
         Phase::Briefing => menu::window(context, &active.exercise.title, width, beside, |ui| {
             briefing(ui, &active, &card, &controls, lead, &mut flow);
         }),
-        Phase::Paused => menu::window(context, "Pause", 300.0, beside, |ui| pause(ui, lead, &mut flow)),
+        Phase::Paused => match flow.doubt {
+            Some(doubt) => menu::window(context, "Lose this run?", 300.0, beside, |ui| {
+                in_doubt(ui, doubt, metrics.elapsed_s(), lead, &mut flow);
+            }),
+            None => menu::window(context, "Pause", 300.0, beside, |ui| pause(ui, lead, &mut flow)),
+        },
         _ => {}
     }
     Ok(())
@@ -224,6 +230,24 @@ fn pause(ui: &mut Ui, lead: bool, flow: &mut GameFlow) {
         menu::wish(ui, END, Wish::End, false, flow);
         menu::wish(ui, "Another exercise", Wish::Choose, false, flow);
         menu::wish(ui, "Quit", Wish::Quit, false, flow);
+    });
+}
+
+/// Asks about what would lose the run.
+fn in_doubt(ui: &mut Ui, doubt: Wish, elapsed_s: f64, lead: bool, flow: &mut GameFlow) {
+    let lose = match doubt {
+        Wish::Restart => "Begin anew",
+        Wish::Quit => "Quit",
+        _ => "Another exercise",
+    };
+    ui.vertical_centered_justified(|ui| {
+        ui.label(format!(
+            "{} min of it are neither scored nor kept then.",
+            clock(elapsed_s)
+        ));
+        menu::wish(ui, "Keep it (Esc)", Wish::Keep, lead, flow);
+        menu::wish(ui, END, Wish::End, false, flow);
+        menu::wish(ui, lose, Wish::Lose, false, flow);
     });
 }
 
