@@ -113,6 +113,9 @@ pub enum Wish {
     Quit,
 }
 
+/// What is shown to the player goes at this share of its own speed: scripted hands are quicker than eyes.
+const SHOWN_SPEED: f32 = 0.5;
+
 /// A run that is shorter than this may be lost by a slip, s.
 const SOON_DONE_AGAIN_S: f64 = 20.0;
 
@@ -344,6 +347,7 @@ fn carry_out(
                 if is_shown && flow.phase == Phase::Briefing {
                     (flow.phase, flow.help, flow.watches) = (Phase::Playing, false, true);
                     *state = RunState::Running;
+                    time.set_relative_speed(SHOWN_SPEED);
                     commands.queue(|world: &mut World| {
                         players::show(world);
                     });
@@ -382,6 +386,9 @@ fn carry_out(
         }
     }
 
+    if !matches!(flow.phase, Phase::Playing | Phase::Paused) && time.relative_speed() != 1.0 {
+        time.set_relative_speed(1.0);
+    }
     let is_live = flow.is_live() && !page.open;
     let takes_shape = flow.phase == Phase::Title && !flow.title_has_gland() && active.is_some();
     flow.title_steps += u32::from(takes_shape);
@@ -476,12 +483,15 @@ mod tests {
         flow(&mut trial).wish(Wish::Watch);
         trial.steps(10);
         assert_eq!(flow(&mut trial).phase, Phase::Playing);
+        let speed = |trial: &Trial| trial.app.world().resource::<Time<Virtual>>().relative_speed();
+        assert_eq!(speed(&trial), SHOWN_SPEED);
         let source: &InstrumentSource = trial.on_instrument().unwrap();
         assert!(matches!(source, InstrumentSource::Script(_)));
         assert!(!trial.app.world().resource::<LiveInput>().captured, "no hands on it");
-        trial.steps(30);
+        trial.steps((30.0 / SHOWN_SPEED) as u32);
         assert_eq!(trial.state(), RunState::Ended(EndReason::InputEnded));
         assert!(flow(&mut trial).phase == Phase::Result && flow(&mut trial).watches);
+        assert_eq!(speed(&trial), 1.0);
         assert!(trial.app.world().resource::<History>().is_empty());
 
         // The same run by the player counts.

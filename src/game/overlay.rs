@@ -144,7 +144,7 @@ fn over_views(
                 &painter,
                 top,
                 Align2::CENTER_TOP,
-                "You are watching   Esc: pause",
+                "You are watching, at half speed   Esc: pause",
                 15.0,
                 palette::ACCENT,
             );

@@ -54,7 +54,8 @@ impl Pace {
 /// `Time<Virtual>` leaves out what a frame could not make up for: that is the time lost.
 pub(super) fn measure(real: Res<Time<Real>>, simulated: Res<Time<Virtual>>, mut pace: ResMut<Pace>) {
     if !simulated.is_paused() {
-        pace.add_frame(real.delta_secs(), simulated.delta_secs());
+        // What is shown slower than it is keeps up, too.
+        pace.add_frame(real.delta_secs(), simulated.delta_secs() / simulated.relative_speed());
     }
 }
 
