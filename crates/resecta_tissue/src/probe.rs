@@ -1,9 +1,12 @@
 //! Probes: how far a point is from the surface of a tissue, and on which side.
+//!
+//! The side is found by rays through all of the tissue, which cost more than all else of a probe. One that drifts, as a chip does, is
+//! on the side on which it was unless it passes a surface, and then the nearest face says so.
 
 use bevy::prelude::*;
 
 use crate::{
-    collide::{Axis, Collider, Face, reach_mm},
+    collide::{Axis, Collider, Face, Nearest, reach_mm},
     components::Tissue,
     skin::Skin,
 };
@@ -12,6 +15,7 @@ use crate::{
 /// plugin answers at the end of each step.
 #[derive(Component, Reflect, Debug, Clone, Copy, Default, PartialEq)]
 #[reflect(Component, Default)]
+#[require(Before)]
 pub struct TissueProbe {
     /// The point, mm, in the world. One that is not finite is far from everything.
     pub point: Vec3,
@@ -23,37 +27,97 @@ pub struct TissueProbe {
     pub nearest: Option<Vec3>,
 }
 
+/// A probe that went further than this since the last step may have passed through tissue, mm: less than the depth to which the
+/// nearest face is known.
+const DRIFT_MM: f32 = 1.0;
+
+/// Rays tell again after so many steps in which they were spared: a face turned inside out in a fold may have misled.
+const SPARED_STEPS: u32 = 30;
+
+/// The nearest face is looked for so much further than it was, mm, before it is looked for as far as to the depth limit: tissue has
+/// moved since.
+const MOVED_MM: f32 = 0.3;
+
+/// What a probe was told last.
+#[derive(Component, Debug, Clone, Copy, Default)]
+pub(crate) struct Before {
+    /// Where it was; none before the first step.
+    point: Option<Vec3>,
+    /// How far the nearest surface was, mm, if any was near.
+    distance_mm: Option<f32>,
+    /// The tissue that it lay in.
+    within: Option<Entity>,
+    /// Steps since rays told.
+    spared: u32,
+}
+
+impl Before {
+    /// How far from a point the nearest face is probably not beyond, mm.
+    fn reach_mm(&self, point: Vec3) -> Option<f32> {
+        Some(self.distance_mm? + self.point?.distance(point) + MOVED_MM)
+    }
+
+    /// Whether a point is in a tissue, where that follows from what was told before and from the side of its nearest face, if
+    /// there is one within the depth limit.
+    fn tells(&self, point: Vec3, tissue: Entity, nearest_inside: Option<bool>) -> Option<bool> {
+        let has_drifted = self.point.is_some_and(|before| before.distance(point) < DRIFT_MM);
+        let was_inside = self.within == Some(tissue);
+        let agrees = nearest_inside.is_none_or(|inside| inside == was_inside);
+        (has_drifted && agrees && self.spared < SPARED_STEPS).then_some(was_inside)
+    }
+}
+
 /// Whether anything is asked.
 pub(crate) fn any_probe(probes: Query<(), With<TissueProbe>>) -> bool {
     !probes.is_empty()
 }
 
 /// Answers the probes.
-pub(crate) fn probe(mut tissues: Query<(&mut Tissue, &mut Collider)>, mut probes: Query<&mut TissueProbe>) {
+pub(crate) fn probe(
+    mut tissues: Query<(Entity, &mut Tissue, &mut Collider)>,
+    mut probes: Query<(&mut TissueProbe, &mut Before)>,
+    mut known_tissues: Local<Vec<Entity>>,
+) {
     let mut ordered: Vec<_> = tissues.iter_mut().collect();
-    ordered.sort_unstable_by_key(|(tissue, _)| tissue.ordinal);
+    ordered.sort_unstable_by_key(|(_, tissue, _)| tissue.ordinal);
     // A step that begins from here finds it up to date.
-    for (tissue, collider) in &mut ordered {
+    for (_, tissue, collider) in &mut ordered {
         collider.update(&Skin::of(tissue));
+    }
+    // Another tissue may be around a probe that stayed where it was.
+    let are_known = ordered.iter().map(|(entity, ..)| entity).eq(known_tissues.iter());
+    if !are_known {
+        *known_tissues = ordered.iter().map(|(entity, ..)| *entity).collect();
     }
     // The face that was nearest to the probe before, a tissue: probes are often near each other.
     let mut known: Vec<Option<Face>> = vec![None; ordered.len()];
-    for mut probe in &mut probes {
+    for (mut probe, mut before) in &mut probes {
+        let mut now = Before {
+            point: Some(probe.point),
+            distance_mm: None,
+            within: None,
+            spared: before.spared + 1,
+        };
         let mut answer = TissueProbe {
             point: probe.point,
             ..default()
         };
         let point = probe.point;
         let tissues = ordered.iter_mut().zip(&mut known);
-        for ((tissue, collider), known) in tissues.filter(|_| point.is_finite()) {
-            let Tissue { solver, fine, .. } = &mut **tissue;
-            answer.inside |= collider.holds(solver, fine.as_mut(), point);
-            if let Some(fine) = fine {
-                let around = (Axis { a: point, b: point }, reach_mm(point, known.as_ref()));
-                let runs = collider.runs_near(std::iter::once(around));
-                fine.bring(solver, collider.chunks_of(&runs));
+        for ((entity, tissue, collider), known) in tissues.filter(|_| point.is_finite()) {
+            let most = reach_mm(point, known.as_ref());
+            let probable = before.reach_mm(point).filter(|reach| *reach < most);
+            let mut within = |reach| nearest_within(tissue, collider, point, reach);
+            let nearest = probable.and_then(&mut within).or_else(|| within(most));
+            let told = before.tells(point, *entity, nearest.map(|nearest| nearest.inside));
+            let is_inside = told.filter(|_| are_known).unwrap_or_else(|| {
+                now.spared = 0;
+                let Tissue { solver, fine, .. } = &mut **tissue;
+                collider.holds(solver, fine.as_mut(), point)
+            });
+            if is_inside {
+                (answer.inside, now.within) = (true, Some(*entity));
             }
-            let nearest = collider.nearest_face(&Skin::of(tissue), point, known.as_ref());
             *known = nearest.map(|nearest| nearest.face).or(*known);
             let Some(place) = nearest.map(|nearest| nearest.closest.on_triangle) else {
                 continue;
@@ -66,6 +130,18 @@ pub(crate) fn probe(mut tissues: Query<(&mut Tissue, &mut Collider)>, mut probes
                 (answer.distance_mm, answer.nearest) = (Some(distance), Some(place));
             }
         }
+        now.distance_mm = answer.distance_mm;
+        *before = now;
         probe.set_if_neq(answer);
     }
+}
+
+/// The face of a tissue nearest to a point, if that is within `reach`, mm.
+fn nearest_within(tissue: &mut Tissue, collider: &Collider, point: Vec3, reach: f32) -> Option<Nearest> {
+    let Tissue { solver, fine, .. } = &mut *tissue;
+    if let Some(fine) = fine {
+        let runs = collider.runs_near(std::iter::once((Axis { a: point, b: point }, reach)));
+        fine.bring(solver, collider.chunks_of(&runs));
+    }
+    collider.nearest_face_within(&Skin::of(tissue), point, reach)
 }

@@ -24,7 +24,7 @@ pub(crate) use self::{
     closest::segment_triangle,
     collider::{Collider, Face},
     contacts::Found,
-    nearest::reach_mm,
+    nearest::{Nearest, reach_mm},
     sweep::{Axis, ToolMotion},
 };
 use self::{

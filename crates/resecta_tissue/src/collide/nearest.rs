@@ -32,8 +32,13 @@ impl Collider {
     /// Where several faces share the nearest point (an edge, a corner), the one that faces the point most squarely says
     /// which side it is on.
     pub(crate) fn nearest_face(&self, skin: &Skin, point: Vec3, known: Option<&Face>) -> Option<Nearest> {
+        self.nearest_face_within(skin, point, reach_mm(point, known))
+    }
+
+    /// The same; none if no face is within `reach`, mm, or the depth limit.
+    pub(crate) fn nearest_face_within(&self, skin: &Skin, point: Vec3, reach: f32) -> Option<Nearest> {
         let away = |face: &Face| point_triangle(point, face.corners);
-        let mut nearest = reach_mm(point, known);
+        let mut nearest = reach;
         // Those that were as near as any when they were looked at.
         let mut candidates: Vec<(Face, ClosestPoints)> = Vec::new();
         let to_box = |low: Vec3, high: Vec3| point.distance(point.clamp(low, high));

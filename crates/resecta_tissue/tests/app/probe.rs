@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use resecta_tissue::{TissueProbe, prelude::*};
 
-use crate::scenes::{app, checked, loop_tool, small_block};
+use crate::scenes::{app, block, checked, loop_tool, small_block};
 
 /// Distance to the surface, negative inside; and whether the point is inside.
 fn ask(app: &mut App, probe: Entity, point: Vec3) -> (Option<f32>, bool) {
@@ -71,4 +71,51 @@ fn a_probe_in_a_fresh_trench_is_outside() {
     // The floor is 4.5 mm below the loop's open side.
     let told = distance(&mut app, probe, point).expect("the floor is within 3 mm");
     assert!((told - 2.0).abs() < 0.3, "{told}");
+}
+
+#[test]
+fn a_probe_that_drifts_is_told_what_one_that_comes_anew_is() {
+    let (mut app, drifting) = scene(TissueSettings {
+        detail: CutDetail::default(),
+        collapse: None,
+        ..checked()
+    });
+    let across = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    let at = |x: f32, y: f32| Isometry3d::new(Vec3::new(x, y, 12.5), across);
+    let tool = app.world_mut().spawn(loop_tool(at(0.0, 4.0))).id();
+    let (mut inside, mut passed) = (false, 0);
+    for step in 0..240u32 {
+        let time = step as f32 / 60.0;
+        let mut tool = app.world_mut().get_mut::<TissueTool>(tool).unwrap();
+        // To and fro with current, each time beside the last.
+        tool.cutting = true;
+        tool.pose = at(-3.0 + 1.5 * time, 5.0 * (4.0 * time).cos());
+        // Down into the trenches and into what is between them, at up to 40 mm/s.
+        let point = Vec3::new(
+            2.0 * (3.1 * time).sin(),
+            3.0 * (2.3 * time).cos(),
+            10.5 + 2.5 * (7.0 * time).sin(),
+        );
+        let fresh = app.world_mut().spawn(TissueProbe { point, ..default() }).id();
+        let told = ask(&mut app, drifting, point);
+        let anew = *app.world().get::<TissueProbe>(fresh).unwrap();
+        assert_eq!(told.1, anew.inside, "step {step} at {point}");
+        assert_eq!(told.0.map(f32::abs), anew.distance_mm);
+        app.world_mut().despawn(fresh);
+        passed += u32::from(inside != told.1);
+        inside = told.1;
+    }
+    assert!(passed > 5, "{passed} times through the surface");
+}
+
+#[test]
+fn a_probe_that_stays_is_told_of_a_tissue_that_comes() {
+    let (mut app, probe) = scene(checked());
+    let far = Vec3::new(100.0, 0.0, 6.0);
+    for _ in 0..3 {
+        assert_eq!(ask(&mut app, probe, far), (None, false));
+    }
+    let block = block([10, 10, 6], 2.0, Vec3::new(90.0, -10.0, 0.0), |place| place.z == 0.0);
+    app.world_mut().spawn((Tissue::new(block), checked()));
+    assert_eq!(ask(&mut app, probe, far), (None, true));
 }
