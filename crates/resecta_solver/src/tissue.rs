@@ -326,7 +326,7 @@ impl Tissue {
     }
 
     /// Whether what surrounds the organ holds a pentahedron by one of its faces: the capsule, or what covers the organ where it has
-    /// none ([`TissueMesh::covered`]).
+    /// none ([`TissueMesh::covered`](crate::TissueMesh::covered)).
     pub fn is_held(&self, pentahedron: u32) -> bool {
         self.pentahedra.held[pentahedron as usize]
     }
