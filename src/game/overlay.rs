@@ -236,15 +236,13 @@ fn pause(ui: &mut Ui, lead: bool, flow: &mut GameFlow) {
 /// Asks about what would lose the run.
 fn in_doubt(ui: &mut Ui, doubt: Wish, elapsed_s: f64, lead: bool, flow: &mut GameFlow) {
     let lose = match doubt {
-        Wish::Restart => "Begin anew",
-        Wish::Quit => "Quit",
-        _ => "Another exercise",
+        Wish::Restart => "Lose it and begin anew",
+        Wish::Quit => "Lose it and quit",
+        _ => "Lose it for another exercise",
     };
+    let words = format!("{} min of it are neither scored nor kept then.", clock(elapsed_s));
+    ui.label(words);
     ui.vertical_centered_justified(|ui| {
-        ui.label(format!(
-            "{} min of it are neither scored nor kept then.",
-            clock(elapsed_s)
-        ));
         menu::wish(ui, "Keep it (Esc)", Wish::Keep, lead, flow);
         menu::wish(ui, END, Wish::End, false, flow);
         menu::wish(ui, lose, Wish::Lose, false, flow);
