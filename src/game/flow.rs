@@ -134,6 +134,8 @@ pub struct GameFlow {
     pub watches: bool,
     /// What would lose the run in play, and waits until the player says so.
     pub doubt: Option<Wish>,
+    /// Whether to leave was asked for by the game's own button, which has asked about the run.
+    pub leaves: bool,
     /// Why the exercise could not be started.
     pub trouble: Option<String>,
     /// The exercise in play as it was loaded, to start it again from.
@@ -191,6 +193,12 @@ impl GameFlow {
     pub fn open(&mut self, loaded: LoadedExercise) {
         self.loaded = Some(loaded);
         self.wish(Wish::Restart);
+    }
+
+    /// Whether a run is in play that it would be a pity to lose.
+    pub fn would_lose(&self, metrics: &Metrics) -> bool {
+        let is_run = matches!(self.phase, Phase::Playing | Phase::Paused) && !self.watches;
+        is_run && metrics.elapsed_s() >= SOON_DONE_AGAIN_S
     }
 
     /// Whether the instrument is in use, in the player's hands or others'.
@@ -303,11 +311,8 @@ fn carry_out(
 ) {
     for wish in std::mem::take(&mut flow.wishes) {
         let doubt = flow.doubt.take();
-        let would_lose = matches!(wish, Wish::Restart | Wish::Choose | Wish::Quit)
-            && flow.phase == Phase::Paused
-            && !flow.watches
-            && metrics.elapsed_s() >= SOON_DONE_AGAIN_S;
-        if would_lose {
+        let leads_away = matches!(wish, Wish::Restart | Wish::Choose | Wish::Quit);
+        if leads_away && flow.phase == Phase::Paused && flow.would_lose(&metrics) {
             flow.doubt = Some(wish);
             continue;
         }
@@ -360,6 +365,7 @@ fn carry_out(
             Wish::NextLayout => *layout = layout.next(),
             Wish::Settings => page.open = true,
             Wish::Quit => {
+                flow.leaves = true;
                 closing.write_batch(windows.iter().map(|(window, _)| WindowCloseRequested { window }));
             }
             Wish::Open | Wish::Restart => {

@@ -26,6 +26,7 @@ use bevy_egui::{
 };
 use resecta_anatomy::CaseSource;
 use resecta_annotate::{Model, Outlines, Stack};
+use resecta_scenario::Metrics;
 
 use self::{
     gland::Turn,
@@ -245,9 +246,10 @@ fn show(
     Ok(())
 }
 
-/// Closes the game when that is asked for, but shows outlines first that are not saved.
+/// Closes the game when that is asked for, but asks first about a run in play, and shows outlines first that are not saved.
 fn close(
     mut asked: MessageReader<WindowCloseRequested>,
+    metrics: Option<Res<Metrics>>,
     mut editor: ResMut<Editor>,
     mut flow: ResMut<GameFlow>,
     mut exit: MessageWriter<AppExit>,
@@ -255,7 +257,12 @@ fn close(
     if asked.read().count() == 0 {
         return;
     }
-    if editor.may_close() {
+    let is_run_lost = metrics.is_some_and(|metrics| flow.would_lose(&metrics));
+    let is_sure = std::mem::take(&mut flow.leaves) || flow.doubt == Some(Wish::Quit);
+    if is_run_lost && !is_sure {
+        flow.wish(Wish::Pause);
+        flow.wish(Wish::Quit);
+    } else if editor.may_close() {
         exit.write(AppExit::Success);
     } else {
         flow.wish(Wish::Outlines);
@@ -407,5 +414,34 @@ mod tests {
         assert!(!is_closed(mend));
         assert!(is_closed(|_| ()), "asked for once more");
         assert!(is_closed(|editor| editor.open.as_mut().unwrap().is_unsaved = false));
+    }
+
+    #[test]
+    fn the_window_closes_on_a_run_only_when_asked_again() {
+        let mut app = App::new();
+        let played = Metrics {
+            steps: 6000,
+            step_s: 1.0 / 60.0,
+            ..default()
+        };
+        app.add_message::<WindowCloseRequested>()
+            .add_message::<AppExit>()
+            .init_resource::<Editor>()
+            .insert_resource(played)
+            .init_resource::<GameFlow>()
+            .add_systems(Update, close);
+        app.world_mut().resource_mut::<GameFlow>().phase = Phase::Playing;
+        let window = app.world_mut().spawn_empty().id();
+        let mut is_closed = || {
+            app.world_mut().write_message(WindowCloseRequested { window });
+            app.update();
+            let mut flow = app.world_mut().resource_mut::<GameFlow>();
+            let asks = flow.is_asked(Wish::Pause) && flow.is_asked(Wish::Quit);
+            (flow.phase, flow.doubt) = (Phase::Paused, Some(Wish::Quit));
+            let closed = app.world_mut().resource_mut::<Messages<AppExit>>().drain().count() == 1;
+            (closed, asks)
+        };
+        assert_eq!(is_closed(), (false, true));
+        assert!(is_closed().0);
     }
 }
