@@ -64,6 +64,8 @@ pub struct SettingsPage {
     pub open: bool,
     /// Whether it was shown in the last frame.
     was_open: bool,
+    /// Whether to set everything back was asked for once: it is done when asked for again.
+    sets_back: bool,
     /// The binding that waits for an input.
     capture: Option<Capture>,
     /// A capture ended in this frame: its key must not press anything on the page.

@@ -28,7 +28,7 @@ pub fn show(
 ) -> Result {
     if !page.open {
         if page.was_open {
-            page.was_open = false;
+            (page.was_open, page.sets_back) = (false, false);
             // It was read there.
             kept.trouble = None;
         }
@@ -75,12 +75,20 @@ pub fn show(
                     ui.separator();
                     ui.add_enabled_ui(!waits, |ui| sound(ui, &mut loudness, &output));
                     ui.add_space(8.0);
-                    let back = ui.add_enabled(!waits, egui::Button::new("Set everything back"));
+                    let words = match page.sets_back {
+                        true => "Everything, keys too: press again",
+                        false => "Set everything back",
+                    };
+                    let back = ui.add_enabled(!waits, egui::Button::new(words));
                     if back.clicked() {
-                        hand = Handedness::default();
-                        changed = InstrumentBindings::default();
-                        loudness = SoundSettings::default();
-                        (all_open, shows_speed) = (false, false);
+                        let is_asked_again = page.sets_back;
+                        page.sets_back = !is_asked_again;
+                        if is_asked_again {
+                            hand = Handedness::default();
+                            changed = InstrumentBindings::default();
+                            loudness = SoundSettings::default();
+                            (all_open, shows_speed) = (false, false);
+                        }
                     }
                 });
                 ui.separator();
