@@ -105,6 +105,7 @@ pub fn deeds() -> VecDeque<Deed> {
     deeds.extend(begin(Deed::Script(OPERATION)));
     deeds.extend(play(OPERATION_PICTURES));
     deeds.extend(end());
+    deeds.extend([Deed::Debrief(Page::Score), Deed::Picture("operation_debriefing")]);
 
     deeds.extend(open("middle_lobe"));
     deeds.extend(begin(Deed::Script(LOBE)));
