@@ -76,7 +76,7 @@ impl Tissue {
             support,
             capsule_area,
             held,
-        } = bed(mesh, material, &mass, &surface);
+        } = bed(mesh, material, &kind, &mass, &surface);
         let support = Scalars::of(sites, support);
         let nodes = Nodes {
             inverse_inertia: Scalars::of(sites, mass.iter().map(|mass| 1.0 / mass)),
@@ -313,24 +313,18 @@ fn check(mesh: &TissueMesh, material: &Material) -> Result<(), MeshError> {
         mesh.positions.len(),
         mesh.springs.iter().map(|nodes| &nodes[..]),
     )?;
-    named(
-        "lumen entry",
-        "node",
-        mesh.positions.len(),
-        mesh.lumen.iter().map(std::slice::from_ref),
-    )?;
-    named(
-        "capsule entry",
-        "node",
-        mesh.positions.len(),
-        mesh.capsule.iter().map(std::slice::from_ref),
-    )?;
-    named(
-        "covered entry",
-        "node",
-        mesh.positions.len(),
-        mesh.covered.iter().map(std::slice::from_ref),
-    )?;
+    for (what, list) in [
+        ("lumen entry", &mesh.lumen),
+        ("capsule entry", &mesh.capsule),
+        ("covered entry", &mesh.covered),
+    ] {
+        named(
+            what,
+            "node",
+            mesh.positions.len(),
+            list.iter().map(std::slice::from_ref),
+        )?;
+    }
     let (pentahedra, springs) = (mesh.pentahedra.len(), mesh.springs.len());
     named(
         "share",
@@ -401,16 +395,11 @@ struct Bed {
 
 /// A held node, one of the capsule or covered, carries a third of each exposed triangle whose corners all are. One that has no such
 /// triangle (a single point of attachment) carries the face of a cube of its own volume.
-fn bed(mesh: &TissueMesh, material: &Material, mass: &[f32], surface: &Surface) -> Bed {
-    let count = mesh.positions.len();
-    let marked = |nodes: &mut dyn Iterator<Item = &u32>| {
-        let mut marks = vec![false; count];
-        nodes.for_each(|&node| marks[node as usize] = true);
-        marks
-    };
-    let is_capsule = marked(&mut mesh.capsule.iter());
-    let is_held = marked(&mut mesh.capsule.iter().chain(&mesh.covered));
-    let mut area = vec![0.0f64; count];
+fn bed(mesh: &TissueMesh, material: &Material, kind: &[NodeKind], mass: &[f32], surface: &Surface) -> Bed {
+    let is_capsule: Vec<bool> = kind.iter().map(|kind| *kind == NodeKind::Capsule).collect();
+    let mut is_held = is_capsule.clone();
+    mesh.covered.iter().for_each(|&node| is_held[node as usize] = true);
+    let mut area = vec![0.0f64; kind.len()];
     let mut capsule_area = vec![0.0f32; mesh.pentahedra.len()];
     let mut held = vec![false; mesh.pentahedra.len()];
     for (slot, triangle) in surface.triangles() {
