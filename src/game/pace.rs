@@ -61,6 +61,10 @@ pub(super) fn measure(real: Res<Time<Real>>, simulated: Res<Time<Virtual>>, mut 
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
+    use bevy::time::TimeUpdateStrategy;
+
     use super::*;
 
     #[test]
@@ -81,5 +85,16 @@ mod tests {
             pace.add_frame(real, real.min(0.05));
         }
         assert!(!pace.is_slow(), "{pace:?}");
+    }
+
+    #[test]
+    fn what_is_shown_at_half_its_speed_keeps_up() {
+        let mut app = App::new();
+        app.add_plugins((bevy::time::TimePlugin, plugin))
+            .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(16)));
+        app.world_mut().resource_mut::<Time<Virtual>>().set_relative_speed(0.5);
+        (0..300).for_each(|_| app.update());
+        let pace = app.world().resource::<Pace>();
+        assert!((pace.share - 1.0).abs() < 1e-3, "{pace:?}");
     }
 }
