@@ -134,8 +134,6 @@ pub struct GameFlow {
     pub watches: bool,
     /// What would lose the run in play, and waits until the player says so.
     pub doubt: Option<Wish>,
-    /// Whether to leave was asked for by the game's own button, which has asked about the run.
-    pub leaves: bool,
     /// Why the exercise could not be started.
     pub trouble: Option<String>,
     /// The exercise in play as it was loaded, to start it again from.
@@ -365,7 +363,8 @@ fn carry_out(
             Wish::NextLayout => *layout = layout.next(),
             Wish::Settings => page.open = true,
             Wish::Quit => {
-                flow.leaves = true;
+                // The window must not ask once more.
+                flow.doubt = doubt;
                 closing.write_batch(windows.iter().map(|(window, _)| WindowCloseRequested { window }));
             }
             Wish::Open | Wish::Restart => {
@@ -578,6 +577,9 @@ mod tests {
         ask(&mut trial, Wish::Choose);
         assert_eq!(ask(&mut trial, Wish::Play), (Phase::Playing, None));
         ask(&mut trial, Wish::Pause);
+        ask(&mut trial, Wish::Quit);
+        // Who closes the window reads there that the question is answered.
+        assert_eq!(ask(&mut trial, Wish::Lose), (Phase::Paused, Some(Wish::Quit)));
         ask(&mut trial, Wish::Choose);
         assert_eq!(ask(&mut trial, Wish::Lose), (Phase::Choosing, None));
 

@@ -258,7 +258,8 @@ fn close(
         return;
     }
     let is_run_lost = metrics.is_some_and(|metrics| flow.would_lose(&metrics));
-    let is_sure = std::mem::take(&mut flow.leaves) || flow.doubt == Some(Wish::Quit);
+    // Asked again, or by the button below that question.
+    let is_sure = flow.doubt == Some(Wish::Quit);
     if is_run_lost && !is_sure {
         flow.wish(Wish::Pause);
         flow.wish(Wish::Quit);
