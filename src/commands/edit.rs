@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use resecta::game::{self, GameOptions, ImageFiles, Images};
 
-use super::{Failure, images::ImageGeometry};
+use super::{Failure, game_options, images::ImageGeometry};
 
 /// Open ultrasound images in the game, with the outlines found in them or those of a case, to mend them by hand
 #[derive(Args)]
@@ -32,7 +32,7 @@ impl Edit {
         }));
         Ok(game::run(GameOptions {
             images: Some(images),
-            ..GameOptions::default()
+            ..game_options()
         })?)
     }
 }

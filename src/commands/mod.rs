@@ -22,7 +22,7 @@ mod timing;
 mod train;
 mod validate;
 
-use std::path::PathBuf;
+use std::{env, path::PathBuf};
 
 use bevy::{log::LogPlugin, prelude::*};
 use clap::{Args, Parser, Subcommand};
@@ -109,8 +109,16 @@ impl Game {
         Ok(game::run(GameOptions {
             exercise: self.exercise,
             case: self.case,
-            images: None,
+            ..game_options()
         })?)
+    }
+}
+
+/// Nothing to open; records are shown by this program.
+fn game_options() -> GameOptions {
+    GameOptions {
+        replays_by: env::current_exe().ok(),
+        ..GameOptions::default()
     }
 }
 

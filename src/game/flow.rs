@@ -14,6 +14,7 @@ use resecta_scenario::{
 use resecta_tissue::TissueSettings;
 
 use super::{
+    again::WatchAgain,
     catalogue::Catalogue,
     history::History,
     keys,
@@ -93,6 +94,8 @@ pub enum Wish {
     Play,
     /// Let somebody else show it.
     Watch,
+    /// Watch the run that is over again.
+    WatchAgain,
     /// Stop for a moment.
     Pause,
     /// Begin anew.
@@ -353,6 +356,13 @@ fn carry_out(
                     time.set_relative_speed(SHOWN_SPEED);
                     commands.queue(|world: &mut World| {
                         players::show(world);
+                    });
+                }
+            }
+            Wish::WatchAgain => {
+                if let Some(record) = history.record.clone().filter(|_| flow.phase == Phase::Result) {
+                    commands.queue(move |world: &mut World| {
+                        world.resource_mut::<WatchAgain>().watch(&record, None);
                     });
                 }
             }

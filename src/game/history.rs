@@ -132,6 +132,13 @@ impl History {
         Ok(run)
     }
 
+    /// The record of a run, where it is still there.
+    pub fn file_of(&self, run: &PastRun) -> Option<PathBuf> {
+        let progress = self.kept.as_ref()?.lock().ok()?;
+        let file = progress.file().with_file_name(RECORDS).join(run.record.as_ref()?);
+        file.is_file().then_some(file)
+    }
+
     /// The runs of the present trainee, the latest last.
     pub fn runs(&self) -> &[PastRun] {
         &self.runs
@@ -175,6 +182,8 @@ impl History {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use resecta_records::progress::DATABASE;
 
     use super::*;
@@ -214,6 +223,17 @@ mod tests {
         );
         assert_eq!(history.best("first_cuts").unwrap().score, 70.0);
         assert!(history.best("other").is_none());
+
+        let recorded = PastRun {
+            record: Some("a.resecta-run".into()),
+            ..run("a", "first_cuts")
+        };
+        assert_eq!(history.file_of(&recorded), None, "nobody wrote it");
+        fs::create_dir(folder.path().join(RECORDS)).unwrap();
+        let file = folder.path().join(RECORDS).join("a.resecta-run");
+        fs::write(&file, "").unwrap();
+        assert_eq!(history.file_of(&recorded), Some(file));
+        assert_eq!(history.file_of(&run("a", "first_cuts")), None);
         drop(history);
 
         let mut history = open();

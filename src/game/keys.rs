@@ -11,7 +11,7 @@ pub const KEYS: [(&str, &str); 16] = [
     ("Begin, pause and go on", "Pad Start"),
     ("Pause; in menus, back", "Esc, Pad East"),
     ("Restart (in a pause)", "R"),
-    ("Watch it done (at the briefing)", "V"),
+    ("Watch it done (at the briefing), again (after it)", "V"),
     ("Endoscope, outside, both", "Tab, Pad Back"),
     ("Turn the outside view", "Middle mouse button, or J L I K"),
     ("Zoom the outside view", "Middle mouse button and wheel, or U O"),
@@ -60,8 +60,12 @@ pub(super) fn read(keys: Res<ButtonInput<KeyCode>>, pads: Query<&Gamepad>, mut f
             _ => {}
         }
     }
-    if any(&[KeyCode::KeyV]) && phase == Phase::Briefing {
-        flow.wish(Wish::Watch);
+    if any(&[KeyCode::KeyV]) {
+        match phase {
+            Phase::Briefing => flow.wish(Wish::Watch),
+            Phase::Result => flow.wish(Wish::WatchAgain),
+            _ => {}
+        }
     }
     if any(&[KeyCode::KeyR]) {
         match phase {

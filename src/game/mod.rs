@@ -20,7 +20,7 @@
 //! | colours | `palette.rs` |
 //! | sizes, buttons, the keyboard's focus | `menu.rs` |
 //! | pictures of key moments | `moments.rs` |
-//! | records played again, with a ghost | `replay/` |
+//! | records played again, with a ghost | `replay/`, and from the game `again.rs` |
 //! | how fast it runs | `pace.rs` |
 //! | how finely it is drawn where that is too slow | `fineness.rs` |
 //! | how many steps a late frame makes up for | `catch_up.rs` |
@@ -29,6 +29,7 @@
 //! | what is heard | `sound/` |
 //! | what is shown and felt at the end of the instrument's way | `stops.rs` |
 
+mod again;
 mod catalogue;
 mod catch_up;
 mod choose;
@@ -103,6 +104,8 @@ pub struct GameOptions {
     pub case: Option<String>,
     /// Images to outline, to open these; not together with an exercise.
     pub images: Option<Images>,
+    /// The program whose `replay FILE` shows a record: who has played can then watch it again, in a window of its own.
+    pub replays_by: Option<PathBuf>,
 }
 
 /// Why the game did not open.
@@ -237,7 +240,7 @@ fn add_screens(app: &mut App, player: &Player) {
         (choose::plugin, progress::plugin, outlines::plugin, RecorderPlugin),
         tutorial::plugin,
         moments::plugin,
-        debrief::plugin,
+        (debrief::plugin, again::plugin),
         (stops::plugin, sound::plugin),
         guidance::plugin,
         SettingsPlugin { file },
@@ -339,6 +342,9 @@ fn open<M>(options: GameOptions, player: Player, extensions: impl Plugins<M>) ->
                 app.insert_resource(flow::Preparing::begin(entry.loaded.clone()));
             }
         }
+    }
+    if let Some(program) = options.replays_by {
+        app.insert_resource(again::WatchAgain::by(program));
     }
     if let Some(images) = options.images {
         app.world_mut().resource_mut::<GameFlow>().phase = Phase::Outlines;

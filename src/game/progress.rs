@@ -10,6 +10,7 @@ use resecta_records::progress::{Curve, MAX_NAME, PastRun, curves};
 use resecta_scenario::{Better, MetricId};
 
 use super::{
+    again::WatchAgain,
     catalogue::Catalogue,
     flow::{GameFlow, Phase, Wish},
     history::History,
@@ -42,7 +43,7 @@ fn show(
     focus: Res<MenuFocus>,
     catalogue: Res<Catalogue>,
     mut history: ResMut<History>,
-    mut looked: ResMut<Looked>,
+    (mut looked, mut again): (ResMut<Looked>, ResMut<WatchAgain>),
     mut flow: ResMut<GameFlow>,
 ) -> Result {
     if flow.help || flow.phase != Phase::Progress {
@@ -69,7 +70,7 @@ fn show(
             });
             ui.add_space(16.0);
             menu::part(ui, [ui.available_width(), height], |ui| {
-                page(ui, &history, &catalogue, &mut looked);
+                page(ui, &history, &catalogue, &mut looked, &mut again);
             });
         });
     });
@@ -167,7 +168,7 @@ fn choice(ui: &mut Ui, words: &str, is_chosen: bool, lead: bool) -> bool {
 }
 
 /// The curves of the exercise that is looked at, a page of them.
-fn page(ui: &mut Ui, history: &History, catalogue: &Catalogue, looked: &mut Looked) {
+fn page(ui: &mut Ui, history: &History, catalogue: &Catalogue, looked: &mut Looked, again: &mut WatchAgain) {
     let Some(exercise) = looked.exercise.clone() else {
         ui.label(
             RichText::new("Curves stand here once a run has ended.")
@@ -196,6 +197,13 @@ fn page(ui: &mut Ui, history: &History, catalogue: &Catalogue, looked: &mut Look
             format!("{} runs", runs.len())
         };
         ui.label(RichText::new(count).size(15.0).color(palette::WEAK));
+        if let (Some(&last), Some(best)) = (runs.last(), history.best(&exercise)) {
+            again.button(ui, "Watch the last", history, (last, None));
+            if best.identity != last.identity {
+                again.button(ui, "Watch the best", history, (best, None));
+                again.button(ui, "The last beside the best", history, (last, Some(best)));
+            }
+        }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let words = format!("More metrics ({} of {pages})", looked.page + 1);
             if pages > 1 && menu::button(ui, words, false).clicked() {
@@ -203,6 +211,7 @@ fn page(ui: &mut Ui, history: &History, catalogue: &Catalogue, looked: &mut Look
             }
         });
     });
+    again.told(ui);
     let height = (ui.available_height() - 34.0) / ROWS as f32 - 46.0;
     for row in curves.chunks(COLUMNS).skip(looked.page * ROWS).take(ROWS) {
         ui.columns(COLUMNS, |uis| {

@@ -16,6 +16,7 @@ use resecta_scenario::{ActiveExercise, CutMap, EndReason, MetricId, Metrics, Run
 use resecta_tissue::Tissue;
 
 use super::{
+    again::WatchAgain,
     flow::{GameFlow, Phase, Wish},
     history::History,
     menu::{self, MenuFocus, MenuSystems},
@@ -102,6 +103,7 @@ fn show(
     card: Res<ScoreCard>,
     metrics: Res<Metrics>,
     (log, history, focus, moments): (Res<RunLog>, Res<History>, Res<MenuFocus>, Res<Moments>),
+    again: Res<WatchAgain>,
     mut debriefing: ResMut<Debriefing>,
     mut flow: ResMut<GameFlow>,
 ) -> Result {
@@ -130,6 +132,9 @@ fn show(
                 let words = "Shown to you: neither kept nor counted as a run of yours.";
                 ui.label(RichText::new(words).color(palette::WEAK));
             } else {
+                if history.record.is_some() && again.is_possible() {
+                    menu::wish(ui, "Watch it again (V)", Wish::WatchAgain, false, &mut flow);
+                }
                 save_report(ui, &mut debriefing);
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -145,6 +150,7 @@ fn show(
                 }
             });
         });
+        again.told(ui);
         ui.separator();
         match debriefing.page {
             Page::Score => score::show(ui, &active, (&card, &metrics), (&history, !flow.watches), &moments),

@@ -294,7 +294,7 @@ fn own_runs(ui: &mut Ui, exercise: &str, history: &History, is_own: bool) {
     }
     if let Some(record) = &history.record {
         ui.add_space(4.0);
-        let words = format!("Kept as {} (`resecta replay` shows it again)", record.display());
+        let words = format!("Kept as {}", record.display());
         ui.label(RichText::new(words).size(12.5).color(palette::WEAK));
     }
 }
