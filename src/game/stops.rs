@@ -10,7 +10,7 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, Align2, Pos2, Stroke, Vec2 as EguiVec2, epaint::PathShape},
 };
-use resecta_instrument::{InstrumentField, InstrumentState, InstrumentStopped, InstrumentSystems};
+use resecta_instrument::{InstrumentField, InstrumentState, InstrumentStopped, InstrumentSystems, StoppedBy};
 use resecta_scenario::ActiveExercise;
 
 use super::{overlay::shadowed, palette::CAREFUL};
@@ -46,8 +46,8 @@ fn feel(app: &mut App) {
 /// The ends that the instrument in play presses against.
 #[derive(Resource, Debug, Default)]
 struct Stops {
-    /// A field, its side, how hard it was pushed last, and for how long that is still shown, s.
-    shown: Vec<(InstrumentField, bool, f32, f32)>,
+    /// Each field's last, and for how long it is still shown, s.
+    shown: Vec<(InstrumentStopped, f32)>,
     /// The hardest push since the last frame, 0 for none.
     push: f32,
     /// Time until the next rumble, s.
@@ -65,18 +65,18 @@ fn notice(mut told: MessageReader<InstrumentStopped>, active: Option<Res<ActiveE
     };
     for stop in told.read().filter(is_felt) {
         stops.push = stops.push.max(stop.push);
-        stops.shown.retain(|shown| shown.0 != stop.field);
-        stops.shown.push((stop.field, stop.above, stop.push, SHOWN_S));
+        stops.shown.retain(|(shown, _)| shown.field != stop.field);
+        stops.shown.push((*stop, SHOWN_S));
     }
 }
 
 fn fade(time: Res<Time<Real>>, mut stops: ResMut<Stops>) {
     let elapsed_s = time.delta_secs();
     stops.still_s = (stops.still_s - elapsed_s).max(0.0);
-    for shown in &mut stops.shown {
-        shown.3 -= elapsed_s;
+    for (_, left_s) in &mut stops.shown {
+        *left_s -= elapsed_s;
     }
-    stops.shown.retain(|shown| shown.3 > 0.0);
+    stops.shown.retain(|(_, left_s)| *left_s > 0.0);
 }
 
 fn rumble(
@@ -114,6 +114,9 @@ fn place(field: InstrumentField, above: bool) -> (&'static [[f32; 2]], &'static 
     }
 }
 
+/// What is said where the body stops the sheath.
+const HELD: &str = "The capsule holds the sheath: draw it back or turn the tip";
+
 const ALL_AROUND: [[f32; 2]; 4] = [[0.7, 0.7], [-0.7, 0.7], [-0.7, -0.7], [0.7, -0.7]];
 
 /// Whether a field's directions are the patient's, which roll in the picture, rather than the sheath's.
@@ -139,9 +142,15 @@ fn show(
     for area in areas.filter_map(Camera::logical_viewport_rect) {
         let centre = egui::pos2(area.center().x, area.center().y);
         let radius = 0.47 * area.width().min(area.height());
-        for (row, &(field, above, push, left_s)) in stops.shown.iter().enumerate() {
+        let mut said = Vec::new();
+        for &(stop, left_s) in &stops.shown {
+            let InstrumentStopped { field, push, .. } = stop;
             let colour = CAREFUL.gamma_multiply((left_s / SHOWN_S).clamp(0.0, 1.0));
-            let (directions, words) = place(field, above);
+            let (directions, end) = place(field, stop.above);
+            let words = match stop.by {
+                StoppedBy::Limits => end,
+                StoppedBy::Body => HELD,
+            };
             let roll = if rolls(field) { state.roll_deg.to_radians() } else { 0.0 };
             for &[x, y] in directions {
                 // A sheath that is rolled clockwise sees the patient rolled the other way.
@@ -149,8 +158,11 @@ fn show(
                 let points = arc(centre, radius, angle);
                 painter.add(PathShape::line(points, Stroke::new(3.0 + 6.0 * push, colour)));
             }
-            let above_rim = EguiVec2::new(0.0, -0.8 * radius + 20.0 * row as f32);
-            shadowed(&painter, centre + above_rim, Align2::CENTER_CENTER, words, 16.0, colour);
+            if !said.contains(&words) {
+                let above_rim = EguiVec2::new(0.0, -0.8 * radius + 20.0 * said.len() as f32);
+                shadowed(&painter, centre + above_rim, Align2::CENTER_CENTER, words, 16.0, colour);
+                said.push(words);
+            }
         }
     }
     Ok(())
@@ -227,10 +239,11 @@ mod tests {
             felt.iter().all(|felt| felt.1 > LEAST_RUMBLE && felt.1 <= 1.0),
             "{felt:?}"
         );
-        assert!(matches!(
-            app.world().resource::<Stops>().shown[..],
-            [(InstrumentField::Stroke, true, ..)]
-        ));
+        let stop = app.world().resource::<Stops>().shown[0].0;
+        assert_eq!(
+            (stop.field, stop.above, stop.by),
+            (InstrumentField::Stroke, true, StoppedBy::Limits)
+        );
         // Felt again as long as it goes on, ten times a second.
         let again: usize = (0..60)
             .map(|_| {
@@ -254,6 +267,44 @@ mod tests {
             .sum();
         assert_eq!(after, 0, "nobody pushes");
         assert!(app.world().resource::<Stops>().shown.is_empty());
+    }
+
+    #[test]
+    fn a_sheath_that_is_pushed_into_the_floor_is_held_by_the_capsule_and_says_so() {
+        let (mut app, pads) = app(1);
+        let instrument = app.world().resource::<ActiveExercise>().instrument;
+        let push = |app: &mut App, axis, amount| {
+            let mut pad = app.world_mut().get_mut::<Gamepad>(pads[0]).unwrap();
+            pad.analog_mut().set(axis, amount);
+        };
+        let stop = |app: &App| {
+            app.world()
+                .resource::<Stops>()
+                .shown
+                .first()
+                .map(|(stop, _)| (stop.field, stop.by))
+        };
+        // Down as far as the gland's end lets it, then on.
+        push(&mut app, GamepadAxis::RightStickY, -1.0);
+        (0..30).for_each(|_| app.update());
+        push(&mut app, GamepadAxis::RightStickY, 0.0);
+        push(&mut app, GamepadAxis::LeftStickY, 1.0);
+        (0..240).for_each(|_| app.update());
+        let held = *app.world().get::<InstrumentState>(instrument).unwrap();
+        assert_eq!(
+            stop(&app),
+            Some((InstrumentField::Insertion, StoppedBy::Body)),
+            "{held:?}"
+        );
+        app.update();
+        assert_eq!(
+            app.world().get::<InstrumentState>(instrument).unwrap().insertion_mm,
+            held.insertion_mm
+        );
+        assert!(!rumbles(&mut app).is_empty());
+        push(&mut app, GamepadAxis::LeftStickY, -1.0);
+        (0..60).for_each(|_| app.update());
+        assert!(app.world().get::<InstrumentState>(instrument).unwrap().insertion_mm < held.insertion_mm - 5.0);
     }
 
     #[test]

@@ -91,7 +91,7 @@ pub use script::InstrumentScript;
 pub use script_error::{ScriptError, ScriptRule};
 pub use source::{InstrumentPlayback, InstrumentRequest, InstrumentSource};
 pub use state::{InstrumentField, InstrumentState};
-pub use stop::InstrumentStopped;
+pub use stop::{InstrumentStopped, StoppedBy};
 
 /// What a user types daily.
 pub mod prelude {

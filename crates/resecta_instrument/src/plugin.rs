@@ -9,7 +9,7 @@ use crate::live::gather_live_input;
 use crate::{
     InstrumentBindings, InstrumentField, InstrumentLimits, InstrumentPlayback, InstrumentRecording, InstrumentRefused,
     InstrumentRequest, InstrumentSource, InstrumentState, InstrumentStopped, LiveInput, Resectoscope,
-    ResectoscopeGeometry,
+    ResectoscopeGeometry, StoppedBy,
 };
 
 /// What runs in a fixed step, in this order, in [`FixedUpdate`]: before the tissue, whose default schedule is
@@ -152,6 +152,7 @@ fn sample(
                 field,
                 above: past > 0.0,
                 push,
+                by: StoppedBy::Limits,
             }));
         }
         request.0 = match source {

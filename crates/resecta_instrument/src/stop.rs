@@ -4,7 +4,8 @@ use bevy::prelude::*;
 
 use crate::{InstrumentField, InstrumentLimits, InstrumentState};
 
-/// A field was asked past its range in this fixed step; the instrument stays at the end of its way.
+/// A field was asked in this fixed step for what it cannot do; the instrument stays at the end of its way, or where the body
+/// holds it.
 ///
 /// Told for every field and every step in which it presses, by sources that may ask for more than there is: hands and
 /// requests. Scripts and recordings are within the limits.
@@ -14,11 +15,22 @@ pub struct InstrumentStopped {
     pub instrument: Entity,
     /// The field.
     pub field: InstrumentField,
-    /// Whether it was asked above its largest value, else below its smallest.
+    /// Whether it was asked for more than it can do, else for less.
     pub above: bool,
     /// How hard: how far the request went past the end in this step, as a share of what the field can move in a step at
     /// its fastest; above 0, 1 at most.
     pub push: f32,
+    /// What stopped it.
+    pub by: StoppedBy,
+}
+
+/// What stops an instrument.
+#[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum StoppedBy {
+    /// The end of its own way.
+    Limits,
+    /// The body around it: told by who knows it.
+    Body,
 }
 
 impl InstrumentLimits {

@@ -13,7 +13,7 @@ use crate::active::ActiveExercise;
 #[reflect(Component, Default)]
 pub struct LoopClearance {
     /// Distance from the surface of the wire to the capsule as it lies now, mm; 0 where they touch or cross, negative where all of
-    /// the wire is beyond it, outside of the organ. What was cut out of the capsule still counts. None before the first step and
+    /// the wire is beyond it, outside of the organ (past the bladder neck nothing is). What was cut out of the capsule still counts. None before the first step and
     /// where the tissue has no capsule.
     pub capsule_mm: Option<f32>,
     /// The point of the capsule that is nearest, mm.
@@ -49,12 +49,14 @@ pub(crate) fn measure(
             *capsule = Some((active.tissue, Capsule::of(tissue.solver())));
         }
         let found = (capsule.as_ref()).and_then(|(_, capsule)| capsule.nearest(tissue.solver(), &wire));
-        answer.capsule_mm = found.map(
-            |found| match ((found.distance_mm - radius).max(0.0), found.is_outside) {
-                (distance, true) => -distance,
-                (distance, false) => distance,
-            },
-        );
+        answer.capsule_mm = found.map(|found| {
+            let distance = (found.distance_mm - radius).max(0.0);
+            if is_beyond(found.is_outside, active.walls.room_mm(found.on_line.as_dvec3())) {
+                -distance
+            } else {
+                distance
+            }
+        });
         answer.nearest = found.map(|found| found.on_capsule);
     }
     answer.sphincter_mm = active.case.landmarks.external_sphincter.map(|place| {
@@ -62,6 +64,15 @@ pub(crate) fn measure(
         lowest - radius - place.z as f32
     });
     clearance.set_if_neq(answer);
+}
+
+/// How far the capsule may have been pushed from where it lay at rest, mm.
+const PUSHED_MM: f64 = 2.0;
+
+/// Whether a point is beyond the capsule: on the outer side of the place that is nearest, or further beyond where the capsule lay
+/// at rest than it is ever pushed, off its rim, too. Past the organ's ends nothing is: the bladder is no harm.
+fn is_beyond(is_on_outer_side: bool, room_at_rest_mm: Option<f64>) -> bool {
+    room_at_rest_mm.is_some_and(|room| is_on_outer_side || room < -PUSHED_MM)
 }
 
 #[cfg(test)]
@@ -74,6 +85,27 @@ mod tests {
 
     use super::*;
     use crate::{Library, ScenarioPlugin, spawn_exercise};
+
+    #[test]
+    fn what_is_beyond_the_capsule_is_told_from_its_side_or_from_where_it_lay_and_nowhere_past_its_ends() {
+        for (is_on_outer_side, room_mm, is_so) in [
+            (false, Some(5.0), false),
+            (true, Some(0.5), true),
+            (true, Some(-4.0), true),
+            // Beside its rim, behind the organ.
+            (false, Some(-4.0), true),
+            // The capsule has been pushed there.
+            (false, Some(-1.0), false),
+            (true, None, false),
+            (false, None, false),
+        ] {
+            assert_eq!(
+                is_beyond(is_on_outer_side, room_mm),
+                is_so,
+                "{is_on_outer_side} {room_mm:?}"
+            );
+        }
+    }
 
     #[test]
     fn it_is_answered_in_play_where_it_is_asked_for() {

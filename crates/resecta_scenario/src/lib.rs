@@ -52,6 +52,7 @@ pub mod assets;
 mod begun;
 mod chips;
 mod clearance;
+mod confine;
 mod curriculum;
 mod cut_map;
 mod errors;

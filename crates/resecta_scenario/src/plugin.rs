@@ -8,12 +8,13 @@ use resecta_chips::{ChipSystems, Chips};
 use resecta_fluid::{
     Bladder, Circulation, ClosedBy, FluidSystems, Irrigation, RedOut, Turbidity, VesselClosed, Vessels,
 };
-use resecta_instrument::{InstrumentPlayback, InstrumentState, Resectoscope};
+use resecta_instrument::{InstrumentPlayback, InstrumentState, InstrumentStopped, InstrumentSystems, Resectoscope};
 use resecta_tissue::{TissueContact, TissueResected, TissueSystems, ToolPartKind};
 
 use crate::{
     active::ActiveExercise,
     clearance::{self, LoopClearance},
+    confine,
     extension::{self, Extensions},
     metrics::{ChipMasses, Metrics, StepObservation, WaterStep},
     run_log::RunLog,
@@ -114,6 +115,14 @@ impl Plugin for ScenarioPlugin {
                     ChipSystems::Move,
                 )
                     .run_if(water_runs),
+            )
+            .add_message::<InstrumentStopped>()
+            .add_systems(
+                FixedUpdate,
+                confine::hold_hands
+                    .after(InstrumentSystems::Sample)
+                    .before(InstrumentSystems::Apply)
+                    .run_if(resource_exists::<ActiveExercise>),
             )
             .add_systems(Startup, extension::tell_refused.run_if(any_registered))
             .add_systems(

@@ -90,6 +90,20 @@ impl Walls {
         across.hypot(point.z - z)
     }
 
+    /// How far a point is within the capsule in the transverse plane, mm; negative beyond it. None where the organ does not
+    /// reach: past its ends, and past the bladder neck.
+    pub fn room_mm(&self, point: DVec3) -> Option<f64> {
+        let (first, last) = self.heights_mm()?;
+        let end = self.capsule_end_z.map_or(last, |end| end.min(last));
+        if !(first..=end).contains(&point.z) {
+            return None;
+        }
+        let contour = self.contour(point.z, |ring| &ring.capsule);
+        let distance = distance_to(&contour, point.truncate());
+        let is_within = resecta_anatomy::contour::contains(&contour, point.truncate());
+        Some(if is_within { distance } else { -distance })
+    }
+
     /// What the two rings about a height make, with how far the height is from the first to the second (0 to 1).
     fn mix<T>(&self, z: f64, of: impl FnOnce(&Ring, &Ring, f64) -> T) -> Option<T> {
         let last = self.rings.len().checked_sub(1)?;
@@ -104,18 +118,23 @@ impl Walls {
     }
 
     fn distance(&self, point: DVec3, wall: impl Fn(&Ring) -> &Vec<DVec2>) -> f64 {
-        let contour = self.mix(point.z, |below, above, share| {
-            let pairs = wall(below).iter().zip(wall(above));
-            pairs.map(|(a, b)| a.lerp(*b, share)).collect::<Vec<_>>()
-        });
-        let contour = contour.unwrap_or_default();
-        let next = contour.iter().cycle().skip(1);
-        let squared = contour
-            .iter()
-            .zip(next)
-            .map(|(&a, &b)| squared_distance(point.truncate(), a, b));
-        squared.fold(f64::INFINITY, f64::min).sqrt()
+        distance_to(&self.contour(point.z, wall), point.truncate())
     }
+
+    /// A wall at a height; empty in a lattice without slices.
+    fn contour(&self, z: f64, wall: impl Fn(&Ring) -> &Vec<DVec2>) -> Vec<DVec2> {
+        let contour = self.mix(z, |below, above, share| {
+            let pairs = wall(below).iter().zip(wall(above));
+            pairs.map(|(a, b)| a.lerp(*b, share)).collect()
+        });
+        contour.unwrap_or_default()
+    }
+}
+
+fn distance_to(contour: &[DVec2], point: DVec2) -> f64 {
+    let next = contour.iter().cycle().skip(1);
+    let squared = contour.iter().zip(next).map(|(&a, &b)| squared_distance(point, a, b));
+    squared.fold(f64::INFINITY, f64::min).sqrt()
 }
 
 /// Hour of a direction in the transverse plane: 12 anterior (-y), 3 patient's left (+x), 6 posterior (+y).

@@ -63,10 +63,8 @@ impl Danger {
 
 /// What the distance to the capsule is called.
 const CAPSULE: &str = "Loop to capsule";
-
-fn word(danger: Danger, is_through: bool) -> &'static str {
-    if is_through { "outside!" } else { danger.word() }
-}
+/// And where the loop is beyond it.
+const OUTSIDE: &str = "Loop outside capsule";
 
 /// Height of the verumontanum above the sphincter, mm.
 fn verumontanum_mm(active: &ActiveExercise) -> f32 {
@@ -80,7 +78,10 @@ pub fn show(painter: &Painter, area: Rect, active: &ActiveExercise, clearance: &
     if parts.distances <= 0.0 {
         return;
     }
-    let capsule = clearance.capsule_mm.map(|mm| (CAPSULE, mm, Danger::of_capsule(mm)));
+    let capsule = clearance.capsule_mm.map(|mm| {
+        let words = if mm < 0.0 { OUTSIDE } else { CAPSULE };
+        (words, mm.abs(), Danger::of_capsule(mm))
+    });
     let end = verumontanum_mm(active);
     let sphincter = clearance
         .sphincter_mm
@@ -102,19 +103,11 @@ pub fn show(painter: &Painter, area: Rect, active: &ActiveExercise, clearance: &
         let colour = danger.colour().gamma_multiply(parts.distances);
         let weak = palette::WEAK.gamma_multiply(parts.distances);
         shadowed(painter, corner, Align2::LEFT_TOP, words, 12.5 * scale, weak);
-        let is_through = words == CAPSULE && mm < 0.0;
-        let number = format!("{:.1} mm", if is_through { -mm } else { mm });
+        let number = format!("{mm:.1} mm");
         let below = corner + vec2(0.0, 14.0) * scale;
         shadowed(painter, below, Align2::LEFT_TOP, &number, 22.0 * scale, colour);
         let end = corner + vec2(132.0, 20.0) * scale;
-        shadowed(
-            painter,
-            end,
-            Align2::RIGHT_TOP,
-            word(danger, is_through),
-            15.0 * scale,
-            colour,
-        );
+        shadowed(painter, end, Align2::RIGHT_TOP, danger.word(), 15.0 * scale, colour);
     }
 }
 

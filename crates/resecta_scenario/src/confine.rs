@@ -1,0 +1,183 @@
+//! What holds the organ holds the sheath: hands cannot lever it out of the capsule.
+//!
+//! How tissue gives way around the sheath is the solver's. The pelvis around the organ gives way to no hand: the axis of the
+//! sheath stays within where the capsule lay at rest. Hands that push on are told, as at the ends of the instrument's way.
+
+use bevy::prelude::*;
+use resecta_instrument::{
+    InstrumentField, InstrumentRequest, InstrumentSource, InstrumentState, InstrumentStopped, Resectoscope, StoppedBy,
+};
+
+use crate::{active::ActiveExercise, walls::Walls};
+
+/// Room that the sheath's axis keeps to the capsule, mm: half its radius, so that the capsule gives way by the other half.
+const ROOM_MM: f64 = 2.0;
+/// Points of the axis that are looked at lie so far apart, mm.
+const APART_MM: f32 = 2.0;
+
+/// The fields that move the axis, in the order in which they give way.
+const FIELDS: [InstrumentField; 3] = [InstrumentField::Insertion, InstrumentField::Pitch, InstrumentField::Yaw];
+
+/// The least room of the axis within the organ, mm; infinite for one that is not there yet.
+fn room_mm(walls: &Walls, scope: &Resectoscope, state: &InstrumentState) -> f64 {
+    let sheath = scope.sheath_pose(state);
+    let points = (state.insertion_mm.max(0.0) / APART_MM).ceil() as u32;
+    let axis = (0..=points).map(|point| {
+        let back = state.insertion_mm * point as f32 / points.max(1) as f32;
+        (sheath * (Vec3::Z * back)).as_dvec3()
+    });
+    axis.filter_map(|point| walls.room_mm(point))
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// The request, without what would take the axis nearer to the capsule than it may come; and the fields that were held.
+fn hold(
+    room: impl Fn(&InstrumentState) -> f64,
+    state: &InstrumentState,
+    request: &InstrumentState,
+) -> (InstrumentState, Vec<InstrumentField>) {
+    let least = ROOM_MM.min(room(state));
+    let may = |held: &[InstrumentField]| {
+        let mut kept = *request;
+        held.iter().for_each(|&field| kept.set(field, state.get(field)));
+        (room(&kept) >= least).then_some(kept)
+    };
+    // What may go on goes on: along the wall, too.
+    let holds: [&[InstrumentField]; 5] = [&[], &FIELDS[..1], &FIELDS[1..2], &FIELDS[2..], &FIELDS[1..]];
+    let found = holds.into_iter().find_map(|held| Some((may(held)?, held)));
+    let (kept, held) = found.unwrap_or_else(|| {
+        let mut kept = *request;
+        FIELDS.iter().for_each(|&field| kept.set(field, state.get(field)));
+        (kept, &FIELDS)
+    });
+    let moved = |field: &&InstrumentField| state.get(**field) != request.get(**field);
+    (kept, held.iter().filter(moved).copied().collect())
+}
+
+/// Holds the hands on the exercise's instrument.
+pub(crate) fn hold_hands(
+    active: Res<ActiveExercise>,
+    time: Res<Time>,
+    mut instruments: Query<(
+        &Resectoscope,
+        &InstrumentSource,
+        &InstrumentState,
+        &mut InstrumentRequest,
+    )>,
+    mut stopped: MessageWriter<InstrumentStopped>,
+) {
+    let Ok((scope, InstrumentSource::Live, state, mut request)) = instruments.get_mut(active.instrument) else {
+        return;
+    };
+    let (kept, held) = hold(|state| room_mm(&active.walls, scope, state), state, &request.0);
+    let step_s = time.delta_secs();
+    stopped.write_batch(held.iter().map(|&field| {
+        let past = request.0.get(field) - state.get(field);
+        InstrumentStopped {
+            instrument: active.instrument,
+            field,
+            above: past > 0.0,
+            push: (past.abs() / (scope.limits.of(field).max_speed * step_s)).min(1.0),
+            by: StoppedBy::Body,
+        }
+    }));
+    if !held.is_empty() {
+        request.0 = kept;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::{Library, PreparedExercise};
+
+    fn prepared() -> PreparedExercise {
+        let mut loaded = Library::new(Path::new("../../assets")).load("first_cuts").unwrap();
+        loaded.exercise.alpha_deg = 20.0;
+        loaded.prepare().unwrap()
+    }
+
+    fn pose() -> impl Strategy<Value = InstrumentState> {
+        (-10.0..80.0f32, -35.0..35.0f32, -35.0..35.0f32).prop_map(|(insertion_mm, pitch_deg, yaw_deg)| {
+            InstrumentState {
+                insertion_mm,
+                pitch_deg,
+                yaw_deg,
+                ..default()
+            }
+        })
+    }
+
+    #[test]
+    fn hands_never_bring_the_axis_nearer_to_the_capsule_than_it_may_come_and_are_free_elsewhere() {
+        let PreparedExercise {
+            walls, resectoscope, ..
+        } = prepared();
+        let room = |state: &InstrumentState| room_mm(&walls, &resectoscope, state);
+        proptest!(ProptestConfig::with_cases(2000), |(state in pose(), request in pose())| {
+            let (kept, held) = hold(room, &state, &request);
+            prop_assert!(room(&kept) >= ROOM_MM.min(room(&state)));
+            for field in FIELDS {
+                let is_held = held.contains(&field);
+                prop_assert_eq!(kept.get(field), if is_held { state.get(field) } else { request.get(field) });
+            }
+            // Whoever is too near already may always go where there is more room.
+            if room(&request) >= ROOM_MM.min(room(&state)) {
+                prop_assert!(held.is_empty());
+            }
+        });
+    }
+
+    #[test]
+    fn a_sheath_that_is_pushed_into_the_floor_stays_in_the_organ_and_may_be_turned_and_drawn_back() {
+        let PreparedExercise {
+            walls, resectoscope, ..
+        } = prepared();
+        let room = |state: &InstrumentState| room_mm(&walls, &resectoscope, state);
+        let mut state = InstrumentState {
+            pitch_deg: -20.0,
+            ..default()
+        };
+        let mut held = Vec::new();
+        for _ in 0..80 {
+            let request = InstrumentState {
+                insertion_mm: state.insertion_mm + 1.0,
+                ..state
+            };
+            (state, held) = hold(room, &state, &request);
+        }
+        assert_eq!(held, [InstrumentField::Insertion]);
+        assert!((30.0..60.0).contains(&state.insertion_mm), "{state:?}");
+        assert!((ROOM_MM..ROOM_MM + 1.0).contains(&room(&state)));
+        for free in [
+            InstrumentState {
+                pitch_deg: -19.0,
+                ..state
+            },
+            InstrumentState {
+                insertion_mm: 20.0,
+                ..state
+            },
+            InstrumentState {
+                roll_deg: 90.0,
+                stroke_mm: 10.0,
+                cut: true,
+                ..state
+            },
+        ] {
+            assert_eq!(hold(room, &state, &free), (free, vec![]));
+        }
+        // Lower and back at once: what may be done of it is.
+        let request = InstrumentState {
+            pitch_deg: -21.0,
+            insertion_mm: state.insertion_mm + 1.0,
+            ..state
+        };
+        let (kept, held) = hold(room, &state, &request);
+        assert!(held.contains(&InstrumentField::Insertion) && kept.insertion_mm == state.insertion_mm);
+    }
+}
