@@ -78,7 +78,7 @@ fn most(trigger: &Trigger, exercise: &Exercise) -> Option<(&'static str, f64, &'
         Trigger::TipRaised { .. } => Some(("deg", way(limits.pitch_deg), "the farthest that the tip turns up")),
         Trigger::Rolled { .. } => Some(("deg", way(limits.roll_deg), "the whole way of the roll")),
         Trigger::LoopOut { .. } => Some(("mm", f64::from(limits.stroke_mm.max), "as far as the loop goes")),
-        Trigger::BladderAbove { .. } => {
+        Trigger::BladderAbove { .. } | Trigger::Filled { .. } | Trigger::Drained { .. } => {
             let water = exercise.models.water.as_ref()?;
             // Nothing flows in against the pressure of the bag; what is in at the start is in.
             let filled = water.bladder.volume_at(water.irrigation.bag_height_cmh2o);

@@ -1,8 +1,9 @@
 //! Steps of an exercise that teaches by doing: each says what to do and ends when it was done.
 //!
 //! Steps are taken in order, one at a time. Everything that a trigger asks for is counted from the moment its step began, so
-//! that nothing done before is given away; heights of the loop and contents of the bladder are what they are. A way is counted from
-//! where the step began or, for whoever went too far before and comes back first, from the furthest back since.
+//! that nothing done before is given away; heights of the loop and contents of the bladder are what they are. A way, and what is to
+//! enter or leave the bladder, is counted from where the step began or, for whoever went too far before and comes back first, from the
+//! furthest back since.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -226,6 +227,11 @@ mod tests {
             (Trigger::Coagulated { s: 0.1 }, coagulating(false), coagulating(true)),
             (Trigger::BladderBelow { ml: 100.0 }, bladder(101.0), bladder(100.0)),
             (Trigger::BladderAbove { ml: 300.0 }, bladder(299.0), bladder(300.0)),
+            // From 200 ml.
+            (Trigger::Drained { ml: 40.0 }, bladder(161.0), bladder(160.0)),
+            (Trigger::Filled { ml: 15.0 }, bladder(214.0), bladder(215.0)),
+            // It went on filling before it was drained.
+            (Trigger::Drained { ml: 40.0 }, bladder(300.0), bladder(260.0)),
         ];
         for (trigger, short, enough) in cases {
             let steps = [step(trigger)];

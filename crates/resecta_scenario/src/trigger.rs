@@ -151,6 +151,18 @@ pub enum Trigger {
         #[schemars(extend("exclusiveMinimum" = 0))]
         ml: f64,
     },
+    /// The bladder holds this much less than when the step began, or when it was fullest since, ml. Needs `models.water`.
+    Drained {
+        /// ml.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        ml: f64,
+    },
+    /// The bladder holds this much more than when the step began, or when it was emptiest since, ml. Needs `models.water`.
+    Filled {
+        /// ml.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        ml: f64,
+    },
     /// A goal of an extension is reached, counted from the start of the run: `Extension("its_name")`.
     Extension(GoalId),
 }
@@ -179,6 +191,8 @@ impl Trigger {
             Trigger::Waited { s } => ("Waited", vec![("s", s)]),
             Trigger::BladderBelow { ml } => ("BladderBelow", vec![("ml", ml)]),
             Trigger::BladderAbove { ml } => ("BladderAbove", vec![("ml", ml)]),
+            Trigger::Drained { ml } => ("Drained", vec![("ml", ml)]),
+            Trigger::Filled { ml } => ("Filled", vec![("ml", ml)]),
             Trigger::Extension(_) => ("Extension", Vec::new()),
         }
     }
@@ -220,8 +234,8 @@ impl Trigger {
             Trigger::PressureKept { .. } => &[Action::InflowClose, Action::OutflowOpen],
             Trigger::ViewClear { .. } => &[Action::InflowOpen, Action::OutflowOpen],
             Trigger::Waited { .. } => &[],
-            Trigger::BladderAbove { .. } => &[Action::InflowOpen, Action::OutflowClose],
-            Trigger::BladderBelow { .. } => &[Action::InflowClose, Action::OutflowOpen],
+            Trigger::BladderAbove { .. } | Trigger::Filled { .. } => &[Action::InflowOpen, Action::OutflowClose],
+            Trigger::BladderBelow { .. } | Trigger::Drained { .. } => &[Action::InflowClose, Action::OutflowOpen],
             Trigger::Extension(goal) => goal.actions(),
         }
     }
@@ -244,6 +258,8 @@ impl Trigger {
             Trigger::Advanced { .. } => was.insertion_mm = was.insertion_mm.min(is.insertion_mm),
             Trigger::Withdrawn { .. } => was.insertion_mm = was.insertion_mm.max(is.insertion_mm),
             Trigger::TipRaised { .. } => was.pitch_deg = was.pitch_deg.min(is.pitch_deg),
+            Trigger::Drained { .. } => from.bladder_ml = from.bladder_ml.max(now.bladder_ml),
+            Trigger::Filled { .. } => from.bladder_ml = from.bladder_ml.min(now.bladder_ml),
             _ => {}
         }
     }
@@ -275,6 +291,8 @@ impl Trigger {
             Trigger::BladderBelow { ml } => downwards(from.bladder_ml, now.bladder_ml, ml),
             // As far up as below it is down.
             Trigger::BladderAbove { ml } => downwards(-from.bladder_ml, -now.bladder_ml, -ml),
+            Trigger::Drained { ml } => (from.bladder_ml - now.bladder_ml) / ml,
+            Trigger::Filled { ml } => (now.bladder_ml - from.bladder_ml) / ml,
             Trigger::Extension(_) => now.extension_share,
         }
         .clamp(0.0, 1.0)
@@ -297,6 +315,8 @@ impl Trigger {
         let expected = match self {
             Self::BladderBelow { .. }
             | Self::BladderAbove { .. }
+            | Self::Drained { .. }
+            | Self::Filled { .. }
             | Self::PressureKept { .. }
             | Self::NothingBleeds { .. }
             | Self::ViewClear { .. }
