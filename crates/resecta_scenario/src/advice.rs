@@ -132,8 +132,22 @@ const ADVICE: &[(MetricId, &str)] = &[
 /// is unlearnt later.
 const HARM: [MetricId; 2] = [MetricId::SphincterInjuries, MetricId::CapsuleTouches];
 
-fn sentence(told: MetricId) -> Option<&'static str> {
+/// What counts where tissue is to be cut away: where none of it does, nobody is told how to cut faster.
+const REMOVAL: [MetricId; 8] = [
+    MetricId::RemovedMass,
+    MetricId::MarkedRemoved,
+    MetricId::MarkedRemovedShare,
+    MetricId::AdenomaRemovedShare,
+    MetricId::LateralLobeRemoved,
+    MetricId::MiddleLobeRemoved,
+    MetricId::RemovalRate,
+    MetricId::MassPerStroke,
+];
+const SLOW: &str = "Lose no time between one thing and the next: know where you go before you move, and go there once.";
+
+fn sentence(told: MetricId, card: &ScoreCard) -> Option<&'static str> {
     match told {
+        MetricId::Elapsed if !card.lines.iter().any(|line| REMOVAL.contains(&line.metric)) => Some(SLOW),
         MetricId::Extension(metric) => metric.advice(),
         _ => (ADVICE.iter().find(|(metric, _)| *metric == told)).map(|&(_, sentence)| sentence),
     }
@@ -164,7 +178,7 @@ pub fn advice(card: &ScoreCard, metrics: &Metrics, most: usize) -> Vec<&'static 
     let harm = (HARM.into_iter()).filter(|metric| metrics.value(*metric) > 0.0 && !is_forgiven(metric));
     let mut said = Vec::new();
     for told in harm.chain(lost.into_iter().map(|(metric, _)| metric)) {
-        if let Some(sentence) = sentence(told)
+        if let Some(sentence) = sentence(told, card)
             && !said.contains(&sentence)
         {
             said.push(sentence);
@@ -212,6 +226,7 @@ mod tests {
         let card = ScoreCard {
             lines: vec![
                 line(MetricId::Elapsed, 10.0, 15.0),
+                line(MetricId::RemovalRate, 9.5, 10.0),
                 line(MetricId::BlindTime, 9.5, 10.0),
                 line(MetricId::BloodLost, 5.0, 30.0),
             ],
@@ -221,6 +236,17 @@ mod tests {
         assert_eq!(said.len(), 2);
         assert!(said[0].contains("vessel") && said[1].contains("strokes"), "{said:?}");
         assert_eq!(advice(&card, &Metrics::default(), 1), said[..1]);
+    }
+
+    #[test]
+    fn whoever_is_to_cut_nothing_is_not_told_how_to_cut_faster() {
+        let mut card = ScoreCard {
+            lines: vec![line(MetricId::Elapsed, 0.0, 15.0)],
+            ..Default::default()
+        };
+        assert_eq!(advice(&card, &Metrics::default(), 3), [SLOW]);
+        card.lines.push(line(MetricId::RemovedMass, 10.0, 10.0));
+        assert!(advice(&card, &Metrics::default(), 3)[0].contains("full strokes"));
     }
 
     #[test]
@@ -236,6 +262,7 @@ mod tests {
         let card = ScoreCard {
             lines: vec![
                 line(MetricId::Elapsed, 0.0, 25.0),
+                line(MetricId::MassPerStroke, 5.0, 5.0),
                 waiting(MetricId::BloodLost, 20.0),
                 waiting(MetricId::CapsuleTouches, 10.0),
             ],
