@@ -7,10 +7,11 @@ use bevy_egui::{
 };
 use resecta_fluid::{Bladder, Irrigation, Turbidity};
 use resecta_instrument::InstrumentState;
-use resecta_scenario::{ActiveExercise, Exercise, MetricId, Metrics, ScoreCard};
+use resecta_scenario::{ActiveExercise, Condition, Exercise, MetricId, Metrics, PartScore, ScoreCard, ScoreLine};
 use resecta_tissue::TissueDiagnostics;
 
 use super::{
+    debrief,
     flow::GameFlow,
     menu::MenuSystems,
     pace::Pace,
@@ -20,6 +21,9 @@ use super::{
 
 /// Width, logical pixels.
 pub const PANEL_WIDTH: f32 = 290.0;
+
+/// What lines of the score wait for is told of so many.
+const MOST_AWAITED: usize = 1;
 
 pub fn plugin(app: &mut App) {
     app.add_systems(EguiPrimaryContextPass, show.in_set(MenuSystems::Show));
@@ -115,25 +119,42 @@ fn score(ui: &mut Ui, card: &ScoreCard) {
         ui.label(RichText::new(format!("{:.0}", card.total)).size(18.0).strong());
         ui.label(format!("of {:.0}", card.out_of));
     });
+    // What waits for something else shows no points, but not since any were lost.
+    let is_part = |line: &ScoreLine, part: &PartScore| line.part == Some(part.part);
+    let waits = |part: &PartScore| {
+        let mut lines = card.lines.iter().filter(|line| is_part(line, part));
+        lines.all(|line| line.waits_for.is_some())
+    };
     egui::Grid::new("score")
         .num_columns(2)
         .spacing([10.0, 1.0])
         .show(ui, |ui| {
-            let mut row = |title: &str, points: f64, out_of: f64| {
+            let mut row = |title: &str, points: f64, out_of: f64, waits: bool| {
                 ui.label(RichText::new(title).weak());
-                right(ui, RichText::new(format!("{points:.1} / {out_of:.0}")).weak());
+                let points = if waits { "later".into() } else { format!("{points:.1}") };
+                right(ui, RichText::new(format!("{points} / {out_of:.0}")).weak());
                 ui.end_row();
             };
             // Where there are many lines they have parts.
             if card.parts.is_empty() {
-                card.lines
-                    .iter()
-                    .for_each(|line| row(line.title, line.points, line.out_of));
+                for line in &card.lines {
+                    row(line.title, line.points, line.out_of, line.waits_for.is_some());
+                }
             }
-            card.parts
-                .iter()
-                .for_each(|part| row(part.part.name(), part.points, part.out_of));
+            for part in &card.parts {
+                row(part.part.name(), part.points, part.out_of, waits(part));
+            }
         });
+    let mut awaited: Vec<Condition> = Vec::new();
+    for needed in card.lines.iter().filter_map(|line| line.waits_for) {
+        if !awaited.contains(&needed) {
+            awaited.push(needed);
+        }
+    }
+    for needed in awaited.iter().take(MOST_AWAITED) {
+        let words = format!("Later: once {}", debrief::condition(needed));
+        ui.label(RichText::new(words).size(11.5).weak());
+    }
 }
 
 fn measured(ui: &mut Ui, metrics: &Metrics, exercise: &Exercise) {
@@ -264,7 +285,11 @@ fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {
 
 /// The share of real time that the simulation gets on by.
 fn slower(pace: &Pace) -> (&'static str, String, Color32) {
-    ("Slower than real time", format!("{:.0} %", pace.share * 100.0), CAREFUL)
+    (
+        "Slow machine: runs at",
+        format!("{:.0} % of real time", pace.share * 100.0),
+        CAREFUL,
+    )
 }
 
 fn table<const ROWS: usize>(ui: &mut Ui, name: &str, rows: [(&str, String, Color32); ROWS]) {

@@ -32,7 +32,7 @@ pub fn plugin(app: &mut App) {
         .add_systems(EguiPrimaryContextPass, show.in_set(MenuSystems::Show));
 }
 
-pub use score::value;
+pub use score::{condition, value};
 
 /// A page of the debriefing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

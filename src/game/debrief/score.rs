@@ -153,13 +153,19 @@ fn waiting(card: &ScoreCard) -> Vec<String> {
         }
     }
     let sentence = |(Condition { metric, at_least }, titles): (Condition, Vec<&str>)| {
-        let needed = format!("{} is {} or more", metric.info().title, value(metric, at_least));
+        let needed = condition(&Condition { metric, at_least });
         match titles[..] {
             [one] => format!("{one} counts once {needed}."),
             _ => format!("{} count once {needed}.", titles.join(", ")),
         }
     };
     groups.into_iter().map(sentence).collect()
+}
+
+/// What a line waits for, in words.
+pub fn condition(needed: &Condition) -> String {
+    let Condition { metric, at_least } = *needed;
+    format!("{} is {} or more", metric.info().title, value(metric, at_least))
 }
 
 /// A value of a metric with its unit; shares as percentages. A digit behind the point only where it says something.
@@ -276,7 +282,7 @@ fn own_runs(ui: &mut Ui, exercise: &str, history: &History, is_own: bool) {
         .spacing([18.0, 4.0])
         .show(ui, |ui| {
             for (number, run) in history.of_exercise(exercise).rev().take(RUNS).enumerate() {
-                let is_best = best.is_some_and(|best| std::ptr::eq(best, run));
+                let is_best = run.score > 0.0 && best.is_some_and(|best| std::ptr::eq(best, run));
                 let name = match number {
                     0 if is_own => "This run".to_owned(),
                     0 => "The last".to_owned(),
