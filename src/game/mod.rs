@@ -27,12 +27,14 @@
 //! | pictures of all of it | `gallery/` |
 //! | the player's settings, their file and their page | `settings/` |
 //! | what is heard | `sound/` |
+//! | what is told of vessels under the coagulating current | `closing.rs` |
 //! | what is shown and felt at the end of the instrument's way | `stops.rs` |
 
 mod again;
 mod catalogue;
 mod catch_up;
 mod choose;
+mod closing;
 mod debrief;
 mod display;
 mod fineness;
@@ -241,7 +243,7 @@ fn add_screens(app: &mut App, player: &Player) {
         tutorial::plugin,
         moments::plugin,
         (debrief::plugin, again::plugin),
-        (stops::plugin, sound::plugin),
+        (stops::plugin, closing::plugin, sound::plugin),
         guidance::plugin,
         SettingsPlugin { file },
     ));

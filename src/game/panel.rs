@@ -5,7 +5,7 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, Color32, RichText, Ui},
 };
-use resecta_fluid::{Bladder, Irrigation, Turbidity};
+use resecta_fluid::{Bladder, Irrigation, Turbidity, Vessels};
 use resecta_instrument::InstrumentState;
 use resecta_scenario::{ActiveExercise, Condition, Exercise, MetricId, Metrics, PartScore, ScoreCard, ScoreLine};
 use resecta_tissue::TissueDiagnostics;
@@ -37,6 +37,7 @@ fn show(
     diagnostics: Res<TissueDiagnostics>,
     (bladder, irrigation, turbidity): (Option<Res<Bladder>>, Option<Res<Irrigation>>, Option<Res<Turbidity>>),
     (pace, kept): (Res<Pace>, Res<KeptSettings>),
+    vessels: Query<&Vessels>,
     instruments: Query<&InstrumentState>,
     flow: Res<GameFlow>,
 ) -> Result {
@@ -80,6 +81,9 @@ fn show(
                 }
                 if let Some(bladder) = &bladder {
                     water(ui, bladder, irrigation.as_deref(), turbidity.as_deref(), &metrics);
+                    if let Ok(vessels) = vessels.get(active.tissue) {
+                        bleeding(ui, vessels);
+                    }
                     ui.separator();
                 }
                 if kept.shows_speed {
@@ -260,6 +264,13 @@ fn water(
         ("Absorbed", format!("{absorbed:.0} ml"), plain),
     ];
     table(ui, "water", rows);
+}
+
+/// How many vessels bleed.
+fn bleeding(ui: &mut Ui, vessels: &Vessels) {
+    let open = vessels.open().count();
+    let colour = if open > 0 { CAREFUL } else { palette::TEXT };
+    table(ui, "bleeding", [("Vessels that bleed", open.to_string(), colour)]);
 }
 
 fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {

@@ -108,6 +108,8 @@ pub struct OpenVessel<'a> {
     pub rate_ml_per_s: f64,
     /// What its clot has left of it, 0.01 to 1.
     pub share: f64,
+    /// For how long a coagulating loop has been near enough to close it, s; 0 for none.
+    pub dwell_s: f64,
 }
 
 impl OpenVessel<'_> {
@@ -267,6 +269,7 @@ impl Vessels {
                 direction: course.direction,
                 rate_ml_per_s: course.rate_ml_per_s,
                 share: course.share(vessel),
+                dwell_s: course.dwell_s,
             })
     }
 

@@ -1,0 +1,161 @@
+//! What the coagulating current does to vessels, told in the endoscope's view as it happens: blood in the water hides whether the
+//! wire is on a vessel, and whether it has closed it.
+
+use bevy::prelude::*;
+use bevy_egui::{
+    EguiContexts, EguiPrimaryContextPass,
+    egui::{self, Align2, Color32},
+};
+use resecta_fluid::{Circulation, ClosedBy, VesselClosed, Vessels};
+use resecta_instrument::InstrumentState;
+use resecta_scenario::ActiveExercise;
+
+use super::{
+    flow::GameFlow,
+    menu::{MenuSystems, UiZoom},
+    overlay::shadowed,
+    palette,
+};
+use crate::view::EndoscopeCamera;
+
+/// For how long it is told that a vessel is closed, s.
+const TOLD_S: f32 = 1.6;
+/// A current that has met no vessel for so long is told so, s: a wire that is brought onto one meets it by then.
+const IN_VAIN_S: f32 = 0.4;
+/// Height of the words, points, and of their lower edge above that of the view.
+const SIZE: f32 = 17.0;
+const ABOVE: f32 = 58.0;
+
+pub fn plugin(app: &mut App) {
+    app.init_resource::<Closing>()
+        .add_message::<VesselClosed>()
+        .add_systems(Update, notice)
+        .add_systems(EguiPrimaryContextPass, show.in_set(MenuSystems::Show));
+}
+
+/// What there is to tell.
+#[derive(Resource, Debug, Default, PartialEq)]
+struct Closing {
+    /// For how long it is still told that one is closed, s.
+    told_s: f32,
+    /// How far the vessel under the loop is on its way to be closed, 0 to 1; none where there is none.
+    under_way: Option<f64>,
+    /// For how long the current has met none while some bleed, s.
+    in_vain_s: f32,
+}
+
+impl Closing {
+    /// The words, and their colour.
+    fn words(&self) -> Option<(&'static str, Color32)> {
+        if self.under_way.is_some() {
+            Some(("Closing a vessel: hold it there", palette::GOOD))
+        } else if self.told_s > 0.0 {
+            Some(("Vessel closed", palette::GOOD))
+        } else if self.in_vain_s > IN_VAIN_S {
+            Some(("No bleeding vessel under the loop", palette::CAREFUL))
+        } else {
+            None
+        }
+    }
+}
+
+fn notice(
+    active: Option<Res<ActiveExercise>>,
+    time: Res<Time>,
+    circulation: Option<Res<Circulation>>,
+    instruments: Query<&InstrumentState>,
+    lists: Query<&Vessels>,
+    mut closed: MessageReader<VesselClosed>,
+    mut closing: ResMut<Closing>,
+) {
+    let by_current = |closed: &VesselClosed| matches!(closed.by, ClosedBy::Coagulation(_));
+    let is_closed = closed.read().filter(|closed| by_current(closed)).count() > 0;
+    let vessels = active.as_ref().and_then(|active| lists.get(active.tissue).ok());
+    let state = active
+        .as_ref()
+        .and_then(|active| instruments.get(active.instrument).ok());
+    let (Some(state), Some(vessels), Some(circulation)) = (state, vessels, circulation) else {
+        closing.set_if_neq(Closing::default());
+        return;
+    };
+    let coagulates = state.coagulate && !state.cut;
+    let longest_s = vessels.open().map(|vessel| vessel.dwell_s).fold(0.0, f64::max);
+    let under_way = (coagulates && longest_s > 0.0).then(|| longest_s / circulation.settings.coagulation_dwell_s);
+    let is_in_vain = coagulates && under_way.is_none() && !is_closed && vessels.open().next().is_some();
+    let now = Closing {
+        told_s: if is_closed {
+            TOLD_S
+        } else {
+            (closing.told_s - time.delta_secs()).max(0.0)
+        },
+        under_way,
+        in_vain_s: if is_in_vain {
+            closing.in_vain_s + time.delta_secs()
+        } else {
+            0.0
+        },
+    };
+    closing.set_if_neq(now);
+}
+
+fn show(
+    mut contexts: EguiContexts,
+    flow: Res<GameFlow>,
+    closing: Res<Closing>,
+    zoom: Res<UiZoom>,
+    endoscopes: Query<&Camera, With<EndoscopeCamera>>,
+) -> Result {
+    let Some((words, colour)) = closing.words().filter(|_| flow.is_live()) else {
+        return Ok(());
+    };
+    let painter = contexts.ctx_mut()?.layer_painter(egui::LayerId::background());
+    // Cameras reckon in the window's logical pixels.
+    let point = 1.0 / zoom.0;
+    let areas = endoscopes.iter().filter(|camera| camera.is_active);
+    for area in areas.filter_map(Camera::logical_viewport_rect) {
+        let place = egui::pos2(area.center().x * point, area.max.y * point - ABOVE);
+        shadowed(&painter, place, Align2::CENTER_BOTTOM, words, SIZE, colour);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Trial;
+
+    fn words(trial: &Trial) -> Option<&'static str> {
+        trial.app.world().resource::<Closing>().words().map(|words| words.0)
+    }
+
+    #[test]
+    fn a_current_on_a_vessel_says_so_until_it_is_closed_and_beside_it_that_there_is_none() {
+        let mut trial = Trial::new(());
+        trial.app.init_resource::<Closing>().add_systems(Update, notice);
+        trial.start("haemostasis").unwrap();
+        trial.steps(2);
+        assert_eq!(words(&trial), None);
+        let world = trial.app.world_mut();
+        let active = world.resource::<ActiveExercise>();
+        let (tissue, instrument) = (active.tissue, active.instrument);
+        assert!(
+            world.get::<Vessels>(tissue).unwrap().open().count() > 1,
+            "a bed that bleeds"
+        );
+
+        // A current in mid-water.
+        let press = move |mut states: Query<&mut InstrumentState>| states.get_mut(instrument).unwrap().coagulate = true;
+        trial.app.add_systems(Update, press.before(notice));
+        trial.steps(60);
+        assert_eq!(words(&trial), Some("No bleeding vessel under the loop"));
+
+        let closing = |under_way, told_s, in_vain_s| Closing {
+            told_s,
+            under_way,
+            in_vain_s,
+        };
+        assert!(closing(Some(0.5), 1.0, 0.0).words().unwrap().0.starts_with("Closing"));
+        assert_eq!(closing(None, 1.0, 1.0).words().unwrap().0, "Vessel closed");
+        assert_eq!(closing(None, 0.0, 0.1).words(), None);
+    }
+}
