@@ -305,9 +305,12 @@ pub fn caption(ui: &mut Ui, text: &str) {
     ui.label(RichText::new(text).size(13.0).strong().color(palette::ACCENT));
 }
 
+/// Space beside the letters of a key cap, points.
+pub const KEY_MARGIN: f32 = 7.0;
+
 /// A key's name as on a key cap, whole: where it has no room left it begins a row.
 pub fn key_cap(ui: &mut Ui, name: &str) {
-    let padding = std::mem::replace(&mut ui.spacing_mut().button_padding, egui::vec2(7.0, 2.0));
+    let padding = std::mem::replace(&mut ui.spacing_mut().button_padding, egui::vec2(KEY_MARGIN, 2.0));
     let cap = egui::Button::new(RichText::new(name).color(palette::TEXT).strong())
         .fill(palette::BUTTON)
         .stroke(Stroke::new(1.0, palette::WEAK))

@@ -14,6 +14,7 @@
 //! | the panel at the side | `panel.rs` |
 //! | what lies over the views: briefing, pause, help, warnings | `overlay.rs` |
 //! | the present step of a tutorial | `tutorial.rs` |
+//! | what the hands do that show an exercise | `shown.rs` |
 //! | landmarks, distances, slices and map over the views | `guidance/` |
 //! | outlines on ultrasound images, mended by hand | `outlines/` |
 //! | what a run came to: score, plots, map, advice | `debrief/` |
@@ -57,6 +58,7 @@ mod progress;
 mod reload;
 mod replay;
 mod settings;
+mod shown;
 mod sketch;
 mod sound;
 mod stops;
@@ -237,7 +239,7 @@ fn add_screens(app: &mut App, player: &Player) {
         flow::plugin,
         (layout::plugin, outside::plugin),
         (pace::plugin, fineness::plugin),
-        (panel::plugin, overlay::plugin),
+        (panel::plugin, overlay::plugin, shown::plugin),
         title::plugin,
         (choose::plugin, progress::plugin, outlines::plugin, RecorderPlugin),
         tutorial::plugin,

@@ -115,13 +115,19 @@ fn show(
                 // Where many things can be done, the first key of each: the card is not to hide the view.
                 let most = if actions.len() > FEW { 1 } else { usize::MAX };
                 ui.horizontal_wrapped(|ui| {
-                    for action in actions {
+                    for (number, action) in actions.into_iter().enumerate() {
+                        // Keys and what they do stay on one line.
                         let row = bindings.rows.iter().find(|row| row.action == action);
                         let inputs = row.into_iter().flat_map(|row| &row.inputs);
                         let (pads, keys): (Vec<_>, Vec<_>) = inputs.partition(|input| input.is_pad());
                         let pads = pads.into_iter().take(if has_pad { most } else { 0 });
-                        for input in keys.into_iter().take(most).chain(pads) {
-                            menu::key_cap(ui, &BoundInput::to_string(input));
+                        let inputs = keys.into_iter().take(most).chain(pads);
+                        let caps: Vec<String> = inputs.map(|input| BoundInput::to_string(input)).collect();
+                        if number > 0 && ui.available_size_before_wrap().x < width_of(ui, &caps, action.label()) {
+                            ui.end_row();
+                        }
+                        for cap in &caps {
+                            menu::key_cap(ui, cap);
                         }
                         ui.label(RichText::new(action.label()).color(palette::WEAK));
                         ui.add_space(4.0);
@@ -138,6 +144,19 @@ fn show(
             });
     });
     Ok(())
+}
+
+/// What keys and the word behind them take of a line, points.
+fn width_of(ui: &egui::Ui, caps: &[String], label: &str) -> f32 {
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let wide = |text: &str| {
+        let galley = ui
+            .painter()
+            .layout_no_wrap(text.to_owned(), font.clone(), palette::WEAK);
+        galley.size().x + ui.spacing().item_spacing.x
+    };
+    let caps = caps.iter().map(|cap| wide(cap) + 2.0 * menu::KEY_MARGIN);
+    caps.sum::<f32>() + wide(label)
 }
 
 /// Whether a tap that an action turns is there already.
