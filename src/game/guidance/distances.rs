@@ -63,6 +63,8 @@ impl Danger {
 
 /// What the distance to the capsule is called.
 const CAPSULE: &str = "Loop to capsule";
+/// Less than this is told as nothing, mm.
+const LEAST_TOLD_MM: f32 = 0.05;
 /// And where the loop is beyond it.
 const OUTSIDE: &str = "Loop outside capsule";
 
@@ -79,7 +81,7 @@ pub fn show(painter: &Painter, area: Rect, active: &ActiveExercise, clearance: &
         return;
     }
     let capsule = clearance.capsule_mm.map(|mm| {
-        let words = if mm < 0.0 { OUTSIDE } else { CAPSULE };
+        let words = if mm <= -LEAST_TOLD_MM { OUTSIDE } else { CAPSULE };
         (words, mm.abs(), Danger::of_capsule(mm))
     });
     let end = verumontanum_mm(active);
