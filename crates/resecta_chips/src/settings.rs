@@ -31,7 +31,7 @@ pub struct ChipSettings {
     /// Drag of a chip as a multiple of that of a sphere of its volume; 0.1 to 10.
     #[schemars(range(min = 0.1, max = 10.0))]
     pub drag_of_sphere: f64,
-    /// Chips smaller than this are shreds, mm³ at rest: no bodies, mixed with the water; 0 to 1000.
+    /// Chips smaller than this are shreds, mm³ at rest, as are flakes thinner than 0.4 mm: no bodies, mixed with the water; 0 to 1000.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub least_mm3: f64,
     /// Outflow from which the sheath stands open and lets chips through, ml/s; 0.01 to 1000.

@@ -116,6 +116,24 @@ impl Chip {
             inertia: DMat3::ZERO,
         }
     }
+
+    /// How thick it is in the mean, mm: twice the volume that its surface encloses by the area of that. 0 without a surface, negative
+    /// where most of that is inside out.
+    pub fn thickness_mm(&self) -> f64 {
+        let mut twice_area = 0.0;
+        let mut volume_six_times = 0.0;
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.map(|vertex| self.vertices[vertex as usize].as_dvec3() - self.centre);
+            let across = (b - a).cross(c - a);
+            twice_area += across.length();
+            volume_six_times += a.dot(across);
+        }
+        if twice_area > 0.0 {
+            (volume_six_times / 6.0) / (twice_area / 4.0)
+        } else {
+            0.0
+        }
+    }
 }
 
 impl Field {

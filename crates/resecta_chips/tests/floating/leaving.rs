@@ -67,6 +67,19 @@ fn a_sheath_with_its_telescope_in_takes_no_chip() {
 }
 
 #[test]
+fn a_flake_is_a_shred_however_large_it_is() {
+    let mut pool = pool(bladder(), settings());
+    for (thick, is_flake) in [(0.3, true), (0.6, false)] {
+        let sheet = block(DVec3::new(12.0, 20.0, thick), DVec3::ZERO, 0.4);
+        assert!((sheet.thickness_mm() / thick - 1.0).abs() < 0.1);
+        let before = pool.totals();
+        assert_eq!(pool.add(&sheet).is_none(), is_flake);
+        let mass = sheet.rest_volume_mm3 * DENSITY;
+        assert!((pool.totals().in_body_g - before.in_body_g - mass).abs() < 1e-12);
+    }
+}
+
+#[test]
 fn shreds_leave_as_what_is_mixed_with_water() {
     let mut pool = pool(lake(), settings());
     let shred = block(DVec3::splat(1.0), DVec3::ZERO, 0.0);
