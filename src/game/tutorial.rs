@@ -122,7 +122,7 @@ fn show(
                         let (pads, keys): (Vec<_>, Vec<_>) = inputs.partition(|input| input.is_pad());
                         let pads = pads.into_iter().take(if has_pad { most } else { 0 });
                         let inputs = keys.into_iter().take(most).chain(pads);
-                        let caps: Vec<String> = inputs.map(|input| BoundInput::to_string(input)).collect();
+                        let caps: Vec<String> = inputs.map(BoundInput::to_string).collect();
                         if number > 0 && ui.available_size_before_wrap().x < width_of(ui, &caps, action.label()) {
                             ui.end_row();
                         }
