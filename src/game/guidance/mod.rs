@@ -6,6 +6,7 @@
 //! | what fades with which score | `skill.rs` |
 //! | where in the window each part is | `places.rs` |
 //! | names of what is in view | `landmarks.rs` |
+//! | what to do about a lens that lies on tissue | `lens.rs` |
 //! | distances from the loop to capsule and sphincter | `distances.rs` |
 //! | the transverse slice at the loop, and the row of slices along the gland | `slices.rs`, `section.rs` |
 //! | contours of the case at any height | `contours.rs` |
@@ -14,6 +15,7 @@
 mod contours;
 mod distances;
 mod landmarks;
+mod lens;
 mod map;
 mod places;
 mod section;
@@ -50,6 +52,8 @@ const TOLD_S: f32 = 2.0;
 pub fn plugin(app: &mut App) {
     app.init_resource::<Guidance>()
         .init_resource::<Shown>()
+        .init_resource::<lens::OnTissue>()
+        .add_systems(Update, lens::notice)
         .add_systems(
             Update,
             (read_keys.run_if(settings::is_closed), choose, ask)
@@ -213,9 +217,10 @@ fn show(
     slices: Res<slices::Slices>,
     instruments: Query<(&InstrumentState, &Resectoscope, Option<&LoopClearance>)>,
     cameras: Query<(&Camera, Has<EndoscopeCamera>), Or<(With<EndoscopeCamera>, With<OutsideCamera>)>>,
-    (lenses, seen): (
+    (lenses, seen, on_tissue): (
         Query<(&Camera, &GlobalTransform), With<EndoscopeCamera>>,
         Res<landmarks::Seen>,
+        Res<lens::OnTissue>,
     ),
 ) -> Result {
     let Some(active) = active else { return Ok(()) };
@@ -234,6 +239,9 @@ fn show(
     if parts.landmarks > 0.0 {
         for (camera, eye) in lenses.iter().filter(|(camera, _)| camera.is_active) {
             landmarks::show(&painter, camera, eye, zoom.0, &seen, parts.landmarks);
+        }
+        if let Some(view) = views.endoscope {
+            lens::show(&painter, view, &on_tissue, parts.landmarks);
         }
     }
     if parts.slice > 0.0 {

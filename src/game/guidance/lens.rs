@@ -1,0 +1,116 @@
+//! What to do about a lens that lies on tissue and sees nothing else: draw back, or turn the tip to where it sees past it.
+
+use bevy::prelude::*;
+use bevy_egui::egui::{Align2, Painter, Rect};
+use resecta_instrument::InstrumentState;
+use resecta_scenario::ActiveExercise;
+
+use super::shadowed;
+use crate::{
+    game::{flow::GameFlow, palette},
+    view::Veil,
+};
+
+/// A lens that is blind for so long is not on its way any more, s.
+const PATIENCE_S: f32 = 0.9;
+/// A side that is hidden by no more than this share is where to turn to.
+const SEES: f32 = 0.35;
+/// Where the words stand, as a share of the view's height, and how large, points.
+const HEIGHT: f32 = 0.42;
+const SIZE: f32 = 17.0;
+
+/// For how long the lens has been blind, s, and what to do then.
+#[derive(Resource, Debug, Default)]
+pub struct OnTissue {
+    blind_s: f32,
+    turn: Option<&'static str>,
+}
+
+/// Follows the veil before the lens while the player's hands rest.
+pub fn notice(
+    flow: Res<GameFlow>,
+    time: Res<Time>,
+    active: Option<Res<ActiveExercise>>,
+    instruments: Query<&InstrumentState>,
+    veils: Query<&Veil>,
+    mut on: ResMut<OnTissue>,
+) {
+    let state = active.and_then(|active| instruments.get(active.instrument).ok());
+    let blind = veils.iter().find(|veil| veil.is_blind());
+    let (Some(state), Some(veil), true) = (state, blind, flow.is_live() && !flow.watches) else {
+        *on = OnTissue::default();
+        return;
+    };
+    if !(state.cut || state.coagulate) {
+        on.blind_s += time.delta_secs();
+    }
+    on.turn = turn(veil, state.roll_deg);
+}
+
+/// How the tip turns to the side of the picture that sees most; none where none sees.
+fn turn(veil: &Veil, roll_deg: f32) -> Option<&'static str> {
+    let (side, hidden) = (0..).zip(veil.around).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    if hidden > SEES {
+        return None;
+    }
+    // Above, below, left and right, counted counter-clockwise from the right; rolled clockwise, the lens sees the patient rolled the
+    // other way.
+    let in_picture = [90.0, 270.0, 180.0, 0.0_f32][side as usize];
+    let in_patient = (in_picture - roll_deg).rem_euclid(360.0);
+    let quarter = (in_patient / 90.0).round() as usize % 4;
+    Some(
+        [
+            "turn the tip right",
+            "raise the tip",
+            "turn the tip left",
+            "lower the tip",
+        ][quarter],
+    )
+}
+
+/// Draws the words.
+pub fn show(painter: &Painter, view: Rect, on: &OnTissue, opacity: f32) {
+    if on.blind_s < PATIENCE_S {
+        return;
+    }
+    let words = match on.turn {
+        Some(turn) => format!("The lens lies on tissue: draw back, or {turn}"),
+        None => "The lens lies on tissue: draw back".to_owned(),
+    };
+    let at = view.center_top() + bevy_egui::egui::vec2(0.0, HEIGHT * view.height());
+    let colour = palette::TEXT.gamma_multiply(opacity);
+    shadowed(painter, at, Align2::CENTER_CENTER, &words, SIZE, colour);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tip_turns_to_the_side_that_sees_as_the_patient_lies_and_nowhere_where_none_does() {
+        let seeing = |side: usize| {
+            let mut around = [1.0; 4];
+            around[side] = 0.1;
+            Veil { middle: 1.0, around }
+        };
+        for (side, roll_deg, wanted) in [
+            (0, 0.0, "raise the tip"),
+            (1, 0.0, "lower the tip"),
+            (2, 0.0, "turn the tip left"),
+            (3, 0.0, "turn the tip right"),
+            (3, 20.0, "turn the tip right"),
+            // A quarter clockwise: the patient's anterior is at the left of the picture.
+            (2, 90.0, "raise the tip"),
+            (0, 90.0, "turn the tip right"),
+            (0, 180.0, "lower the tip"),
+            (0, -170.0, "lower the tip"),
+        ] {
+            assert_eq!(turn(&seeing(side), roll_deg), Some(wanted), "{side} {roll_deg}");
+        }
+        let buried = Veil {
+            middle: 1.0,
+            around: [0.9; 4],
+        };
+        assert_eq!(turn(&buried, 0.0), None);
+    }
+}
