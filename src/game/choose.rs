@@ -6,6 +6,7 @@ use bevy_egui::{
     egui::{self, Align2, Color32, FontId, RichText, Sense, Stroke, Ui},
 };
 use resecta_records::progress::PastRun;
+use resecta_scenario::Medal;
 
 use super::{
     catalogue::Catalogue,
@@ -109,7 +110,10 @@ fn list(
             };
             let state = match locks.get(index) {
                 Some(Some(_)) => State::Locked,
-                _ => history.best(&entry.loaded.name).map_or(State::New, State::Played),
+                _ => match history.best(&entry.loaded.name) {
+                    Some(best) => State::Played(best, catalogue.medal(&entry.loaded.name, history)),
+                    None => State::New,
+                },
             };
             let response = row(ui, &entry.loaded.exercise.title, below, state, index == selected);
             if lead && index == catalogue.selected {
@@ -144,8 +148,8 @@ enum State<'a> {
     Locked,
     /// Nothing yet.
     New,
-    /// Their best run.
-    Played(&'a PastRun),
+    /// Their best run, and the best medal of all.
+    Played(&'a PastRun, Option<Medal>),
 }
 
 /// One exercise in the list, with some words below its title.
@@ -183,7 +187,12 @@ fn row(ui: &mut Ui, title: &str, below: (&str, Color32), state: State, is_select
         text(inner.right_center(), Align2::RIGHT_CENTER, words, 13.0, palette::WEAK);
     };
     match state {
-        State::Played(best) => {
+        State::Played(best, medal) => {
+            if let Some(medal) = medal {
+                let beside = inner.right_bottom() - egui::vec2(84.0, 0.0);
+                let words = medal.name().to_owned();
+                text(beside, Align2::RIGHT_BOTTOM, words, 13.0, palette::medal(medal));
+            }
             let points = format!("{:.0}", best.score);
             text(inner.right_top(), Align2::RIGHT_TOP, points, 20.0, palette::ACCENT);
             let out_of = format!("best of {:.0}", best.out_of);

@@ -56,7 +56,7 @@ impl Catalogue {
     }
 
     /// The best medal that the trainee has for an exercise: what a run earned when it was played, or earns by today's pars.
-    fn medal(&self, exercise: &str, history: &History) -> Option<Medal> {
+    pub fn medal(&self, exercise: &str, history: &History) -> Option<Medal> {
         let entry = self.get(exercise);
         let pars = entry.and_then(|entry| entry.loaded.exercise.total_pars.as_ref());
         let medals = history.of_exercise(exercise).filter_map(|run| {

@@ -12,7 +12,7 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, Align2, FontId, RichText, Ui},
 };
-use resecta_scenario::{ActiveExercise, CutMap, EndReason, MetricId, Metrics, RunLog, RunState, ScoreCard};
+use resecta_scenario::{ActiveExercise, CutMap, EndReason, Medal, MetricId, Metrics, RunLog, RunState, ScoreCard};
 use resecta_tissue::Tissue;
 
 use super::{
@@ -228,6 +228,31 @@ fn header(ui: &mut Ui, active: &ActiveExercise, reason: EndReason, card: &ScoreC
                     .strong()
                     .color(palette::ACCENT),
             );
+            ui.add_space(18.0);
+            medal(ui, card);
         });
     });
+}
+
+/// The medal of the total, or what the least takes.
+fn medal(ui: &mut Ui, card: &ScoreCard) {
+    let words = |words: String, colour| RichText::new(words).size(20.0).strong().color(colour);
+    match (card.medal, card.harm, &card.pars) {
+        (Some(medal), ..) => {
+            ui.label(words(medal.name().into(), palette::medal(medal)));
+            let radius = 13.0;
+            let (area, _) = ui.allocate_exact_size(egui::Vec2::splat(2.0 * radius), egui::Sense::hover());
+            let rim = egui::Stroke::new(0.12 * radius, palette::GROUND);
+            ui.painter().circle_filled(area.center(), radius, palette::medal(medal));
+            ui.painter().circle_stroke(area.center(), 0.7 * radius, rim);
+        }
+        (None, Some(_), _) => {
+            ui.label(words("no medal".into(), palette::BAD));
+        }
+        (None, None, Some(pars)) => {
+            let needed = format!("{} from {:.0}", Medal::Bronze.name(), pars.bronze);
+            ui.label(words(needed, palette::WEAK));
+        }
+        (None, None, None) => {}
+    }
 }

@@ -115,10 +115,7 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
     if !card.parts.is_empty() {
         let part = |part: &PartScore| format!("{} {:.0} of {:.0}", part.part.name(), part.points, part.out_of);
         let parts: Vec<String> = card.parts.iter().map(part).collect();
-        let medal = card
-            .medal
-            .map_or(String::new(), |medal| format!("   Total: {}", medal.name()));
-        ui.label(RichText::new(parts.join("   ") + &medal).strong());
+        ui.label(RichText::new(parts.join("   ")).strong());
     }
     if let Some(harm) = card.harm {
         let note = format!("No medal for the total: {}.", harm.words());
