@@ -19,6 +19,7 @@
 //! | steps of a tutorial and what ends them | `steps.rs`, `trigger.rs` |
 //! | what was cut, by height and hour | `cut_map.rs` |
 //! | how far the loop is from capsule and sphincter | `clearance.rs` |
+//! | where the organ holds a sheath in hands | `confine.rs` |
 //! | samples of a run over time | `run_log.rs` |
 //! | what ends a run early | `limits.rs` |
 //! | what to do better | `advice.rs` |
