@@ -83,6 +83,9 @@ const OPERATION_PICTURES: &PlayPictures = {
     ]
 };
 
+/// Of what is shown.
+const SHOWN_PICTURES: &PlayPictures = &[(6.6, ViewLayout::Both, Guidance::All, "shown")];
+
 /// Everything.
 pub fn deeds() -> VecDeque<Deed> {
     let mut deeds = VecDeque::from([
@@ -112,6 +115,12 @@ pub fn deeds() -> VecDeque<Deed> {
     deeds.extend(play(LOBE_PICTURES));
     deeds.extend([Deed::Wish(Wish::Help), Deed::Picture("help"), Deed::Wish(Wish::Help)]);
     deeds.extend([Deed::Wish(Wish::Pause), Deed::Picture("pause"), Deed::Wish(Wish::Play)]);
+    deeds.extend(end());
+
+    // Somebody shows how a vessel is closed.
+    deeds.extend(open("haemostasis"));
+    deeds.extend([Deed::Wish(Wish::Watch), Deed::Await(Phase::Playing)]);
+    deeds.extend(play(SHOWN_PICTURES));
     deeds.extend(end());
 
     // A run to its end, for the debriefing.
