@@ -36,6 +36,9 @@ fn hold(
     state: &InstrumentState,
     request: &InstrumentState,
 ) -> (InstrumentState, Vec<InstrumentField>) {
+    if FIELDS.iter().all(|&field| state.get(field) == request.get(field)) {
+        return (*request, Vec::new());
+    }
     let least = ROOM_MM.min(room(state));
     let may = |held: &[InstrumentField]| {
         let mut kept = *request;
