@@ -80,10 +80,14 @@ fn show(
                     ui.separator();
                 }
                 if let Some(bladder) = &bladder {
-                    water(ui, bladder, irrigation.as_deref(), turbidity.as_deref(), &metrics);
-                    if let Ok(vessels) = vessels.get(active.tissue) {
-                        bleeding(ui, vessels);
-                    }
+                    let open = vessels.get(active.tissue).ok().map(|vessels| vessels.open().count());
+                    water(
+                        ui,
+                        bladder,
+                        (irrigation.as_deref(), turbidity.as_deref()),
+                        open,
+                        &metrics,
+                    );
                     ui.separator();
                 }
                 if kept.shows_speed {
@@ -220,8 +224,8 @@ const ABSORBING_CMH2O: f64 = 20.4;
 fn water(
     ui: &mut Ui,
     bladder: &Bladder,
-    irrigation: Option<&Irrigation>,
-    turbidity: Option<&Turbidity>,
+    (irrigation, turbidity): (Option<&Irrigation>, Option<&Turbidity>),
+    open_vessels: Option<usize>,
     metrics: &Metrics,
 ) {
     ui.label(RichText::new("Blood and water").strong());
@@ -237,6 +241,12 @@ fn water(
             "shut".into()
         }
     });
+    let lost = format!("{:.0} ml", metrics.value(MetricId::BloodLost));
+    let bleeding = match open_vessels {
+        None => ("Blood lost", lost, plain),
+        Some(0) => ("Blood lost, vessels open", format!("{lost}, none"), plain),
+        Some(open) => ("Blood lost, vessels open", format!("{lost}, {open}"), CAREFUL),
+    };
     let rows = [
         ("Taps in, out", format!("{inflow}, {outflow}"), plain),
         ("Bladder", format!("{:.0} ml", bladder.volume_ml()), plain),
@@ -245,11 +255,7 @@ fn water(
             format!("{pressure:.0} cmH2O"),
             if pressure > ABSORBING_CMH2O { CAREFUL } else { plain },
         ),
-        (
-            "Blood lost",
-            format!("{:.0} ml", metrics.value(MetricId::BloodLost)),
-            plain,
-        ),
+        bleeding,
         (
             "Water clear",
             format!("{:.0} %", 100.0 * view),
@@ -264,13 +270,6 @@ fn water(
         ("Absorbed", format!("{absorbed:.0} ml"), plain),
     ];
     table(ui, "water", rows);
-}
-
-/// How many vessels bleed.
-fn bleeding(ui: &mut Ui, vessels: &Vessels) {
-    let open = vessels.open().count();
-    let colour = if open > 0 { CAREFUL } else { palette::TEXT };
-    table(ui, "bleeding", [("Vessels that bleed", open.to_string(), colour)]);
 }
 
 fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {
