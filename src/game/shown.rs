@@ -100,7 +100,9 @@ fn show(
     // Cameras reckon in the window's logical pixels.
     let place = egui::pos2(view.center().x / zoom.0, view.min.y / zoom.0 + BELOW);
     // Hands change what they do faster than an area fades in.
-    let area = egui::Area::new(egui::Id::new("shown")).interactable(false).fade_in(false);
+    let area = egui::Area::new(egui::Id::new("shown"))
+        .interactable(false)
+        .fade_in(false);
     area.pivot(Align2::CENTER_TOP).fixed_pos(place).show(context, |ui| {
         let frame = egui::Frame::new()
             .fill(palette::GROUND.gamma_multiply(0.8))
