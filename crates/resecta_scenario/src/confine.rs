@@ -30,6 +30,16 @@ fn room_mm(walls: &Walls, scope: &Resectoscope, state: &InstrumentState) -> f64 
         .fold(f64::INFINITY, f64::min)
 }
 
+/// The room that a request has to leave: what there is already, where that is less. A sheath that is drawn back is where it was, or
+/// part of it, and may be so however near the capsule is.
+fn least_room(room: impl Fn(&InstrumentState) -> f64, state: &InstrumentState, request: &InstrumentState) -> f64 {
+    let drawn_back = InstrumentState {
+        insertion_mm: state.insertion_mm.min(request.insertion_mm),
+        ..*state
+    };
+    ROOM_MM.min(room(state)).min(room(&drawn_back))
+}
+
 /// The request, without what would take the axis nearer to the capsule than it may come; and the fields that were held.
 fn hold(
     room: impl Fn(&InstrumentState) -> f64,
@@ -39,7 +49,7 @@ fn hold(
     if FIELDS.iter().all(|&field| state.get(field) == request.get(field)) {
         return (*request, Vec::new());
     }
-    let least = ROOM_MM.min(room(state));
+    let least = least_room(&room, state, request);
     let may = |held: &[InstrumentField]| {
         let mut kept = *request;
         held.iter().for_each(|&field| kept.set(field, state.get(field)));
@@ -123,7 +133,9 @@ mod tests {
         let room = |state: &InstrumentState| room_mm(&walls, &resectoscope, state);
         proptest!(ProptestConfig::with_cases(2000), |(state in pose(), request in pose())| {
             let (kept, held) = hold(room, &state, &request);
-            prop_assert!(room(&kept) >= ROOM_MM.min(room(&state)));
+            prop_assert!(room(&kept) >= least_room(room, &state, &request));
+            let back = InstrumentState { insertion_mm: state.insertion_mm - 1.0, ..state };
+            prop_assert_eq!(hold(room, &state, &back), (back, vec![]), "drawing back is always free");
             for field in FIELDS {
                 let is_held = held.contains(&field);
                 prop_assert_eq!(kept.get(field), if is_held { state.get(field) } else { request.get(field) });
