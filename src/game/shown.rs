@@ -6,7 +6,7 @@ use bevy_egui::{
     egui::{self, Align2, RichText},
 };
 use resecta_instrument::{
-    BoundInput, InstrumentAction, InstrumentBindings, InstrumentField, InstrumentState, InstrumentSystems,
+    BoundInput, InstrumentAction, InstrumentBindings, InstrumentField, InstrumentState, InstrumentSystems, Resectoscope,
 };
 use resecta_scenario::ActiveExercise;
 
@@ -22,6 +22,8 @@ const LEAST_PER_S: f32 = 2.0;
 const LEAST_TAP_PER_S: f32 = 0.1;
 /// What was done stays to be read for so long, s of the demonstration.
 const READ_S: f32 = 0.35;
+/// No more than this is shown at once: what was done last, then the fastest.
+const MOST: usize = 3;
 /// Where it stands: below the upper edge of the endoscope's view, points.
 const BELOW: f32 = 34.0;
 
@@ -55,15 +57,21 @@ fn actions(before: &InstrumentState, now: &InstrumentState, step_s: f32) -> impl
     })
 }
 
+/// Whether two actions move the same the other way.
+fn are_opposite(one: InstrumentAction, other: InstrumentAction) -> bool {
+    let field = |action: InstrumentAction| action.movement().map(|(field, _)| field);
+    one != other && field(one).is_some() && field(one) == field(other)
+}
+
 fn notice(
     flow: Res<GameFlow>,
     time: Res<Time>,
     active: Option<Res<ActiveExercise>>,
-    instruments: Query<&InstrumentState>,
+    instruments: Query<(&InstrumentState, &Resectoscope)>,
     mut doing: ResMut<Doing>,
 ) {
-    let state = active.and_then(|active| instruments.get(active.instrument).ok());
-    let Some(&now) = state.filter(|_| flow.watches) else {
+    let held = active.and_then(|active| instruments.get(active.instrument).ok());
+    let Some((&now, Resectoscope { limits, .. })) = held.filter(|_| flow.watches) else {
         *doing = Doing::default();
         return;
     };
@@ -78,7 +86,18 @@ fn notice(
         }
     };
     let shown = InstrumentAction::ALL.into_iter().map(|action| (action, left_s(action)));
-    doing.shown = shown.filter(|(_, left_s)| *left_s > 0.0).collect();
+    let mut shown: Vec<_> = shown.filter(|(_, left_s)| *left_s > 0.0).collect();
+    // Turned the other way: the way before is over.
+    shown.retain(|(action, left_s)| *left_s >= READ_S || !done.iter().any(|other| are_opposite(*action, *other)));
+    let speed = |action: InstrumentAction| match action.movement() {
+        Some((field, _)) => (now.get(field) - before.get(field)).abs() / limits.of(field).max_speed,
+        // A pedal is what it is about.
+        None => f32::INFINITY,
+    };
+    shown.sort_by(|a, b| b.1.total_cmp(&a.1).then(speed(b.0).total_cmp(&speed(a.0))));
+    shown.truncate(MOST);
+    shown.sort_by_key(|(action, _)| *action);
+    doing.shown = shown;
 }
 
 fn show(
@@ -156,6 +175,9 @@ mod tests {
             ..before
         };
         assert_eq!(told(trembles), []);
+        assert!(are_opposite(InstrumentAction::TipUp, InstrumentAction::TipDown));
+        assert!(!are_opposite(InstrumentAction::TipUp, InstrumentAction::TipLeft));
+        assert!(!are_opposite(InstrumentAction::Cut, InstrumentAction::Coagulate));
         let closes = InstrumentState {
             inflow_tap: 0.9,
             ..before
