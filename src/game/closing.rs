@@ -7,7 +7,7 @@ use bevy_egui::{
     egui::{self, Align2, Color32},
 };
 use resecta_fluid::{Circulation, ClosedBy, VesselClosed, Vessels};
-use resecta_instrument::InstrumentState;
+use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::ActiveExercise;
 
 use super::{
@@ -22,6 +22,8 @@ use crate::view::EndoscopeCamera;
 const TOLD_S: f32 = 1.6;
 /// A current that has met no vessel for so long is told so, s: a wire that is brought onto one meets it by then.
 const IN_VAIN_S: f32 = 0.4;
+/// And is told where one is that is no further from the wire than this, mm.
+const BESIDE_MM: f32 = 12.0;
 /// Height of the words, points, and of their lower edge above that of the view.
 const SIZE: f32 = 17.0;
 const ABOVE: f32 = 58.0;
@@ -42,17 +44,50 @@ struct Closing {
     under_way: Option<f64>,
     /// For how long the current has met none while some bleed, s.
     in_vain_s: f32,
+    /// The way from the wire to the nearest that bleeds, mm: right, up and back as the sheath is held; none where that is far.
+    beside: Option<Vec3>,
+}
+
+/// The way to a vessel, by its longest part.
+fn whither(way: Vec3) -> String {
+    let (size, [over, under]) = [
+        (way.x, ["to the right", "to the left"]),
+        (way.y, ["higher", "deeper"]),
+        (way.z, ["nearer to the lens", "further in"]),
+    ]
+    .into_iter()
+    .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
+    .unwrap_or_default();
+    format!("{:.0} mm {}", size.abs(), if size > 0.0 { over } else { under })
+}
+
+/// The way from the wire to the nearest vessel that bleeds, in the sheath's frame, mm; none where none is within [`BESIDE_MM`].
+fn beside(scope: &Resectoscope, state: &InstrumentState, vessels: &Vessels) -> Option<Vec3> {
+    let from_sheath = scope.sheath_pose(state).inverse();
+    let wire = scope.geometry.loop_wire(state.stroke_mm);
+    let ways = vessels.open().flat_map(|vessel| {
+        let place = from_sheath * vessel.place;
+        wire.iter().map(move |point| place - *point).collect::<Vec<_>>()
+    });
+    let nearest = ways.min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
+    (nearest.length() <= BESIDE_MM).then_some(nearest)
 }
 
 impl Closing {
     /// The words, and their colour.
-    fn words(&self) -> Option<(&'static str, Color32)> {
+    fn words(&self) -> Option<(String, Color32)> {
         if self.under_way.is_some() {
-            Some(("Closing a vessel: hold it there", palette::GOOD))
+            Some(("Closing a vessel: hold it there".into(), palette::GOOD))
         } else if self.told_s > 0.0 {
-            Some(("Vessel closed", palette::GOOD))
+            Some(("Vessel closed".into(), palette::GOOD))
         } else if self.in_vain_s > IN_VAIN_S {
-            Some(("No bleeding vessel under the loop", palette::CAREFUL))
+            let where_one_is = self
+                .beside
+                .map_or(String::new(), |way| format!(": one is {}", whither(way)));
+            Some((
+                format!("No bleeding vessel under the loop{where_one_is}"),
+                palette::CAREFUL,
+            ))
         } else {
             None
         }
@@ -63,7 +98,7 @@ fn notice(
     active: Option<Res<ActiveExercise>>,
     time: Res<Time>,
     circulation: Option<Res<Circulation>>,
-    instruments: Query<&InstrumentState>,
+    instruments: Query<(&InstrumentState, &Resectoscope)>,
     lists: Query<&Vessels>,
     mut closed: MessageReader<VesselClosed>,
     mut closing: ResMut<Closing>,
@@ -74,7 +109,7 @@ fn notice(
     let state = active
         .as_ref()
         .and_then(|active| instruments.get(active.instrument).ok());
-    let (Some(state), Some(vessels), Some(circulation)) = (state, vessels, circulation) else {
+    let (Some((state, scope)), Some(vessels), Some(circulation)) = (state, vessels, circulation) else {
         closing.set_if_neq(Closing::default());
         return;
     };
@@ -94,6 +129,7 @@ fn notice(
         } else {
             0.0
         },
+        beside: is_in_vain.then(|| beside(scope, state, vessels)).flatten(),
     };
     closing.set_if_neq(now);
 }
@@ -114,7 +150,7 @@ fn show(
     let areas = endoscopes.iter().filter(|camera| camera.is_active);
     for area in areas.filter_map(Camera::logical_viewport_rect) {
         let place = egui::pos2(area.center().x * point, area.max.y * point - ABOVE);
-        shadowed(&painter, place, Align2::CENTER_BOTTOM, words, SIZE, colour);
+        shadowed(&painter, place, Align2::CENTER_BOTTOM, &words, SIZE, colour);
     }
     Ok(())
 }
@@ -124,7 +160,7 @@ mod tests {
     use super::*;
     use crate::testing::Trial;
 
-    fn words(trial: &Trial) -> Option<&'static str> {
+    fn words(trial: &Trial) -> Option<String> {
         trial.app.world().resource::<Closing>().words().map(|words| words.0)
     }
 
@@ -147,15 +183,24 @@ mod tests {
         let press = move |mut states: Query<&mut InstrumentState>| states.get_mut(instrument).unwrap().coagulate = true;
         trial.app.add_systems(Update, press.before(notice));
         trial.steps(60);
-        assert_eq!(words(&trial), Some("No bleeding vessel under the loop"));
+        assert!(words(&trial).is_some_and(|words| words.starts_with("No bleeding vessel under the loop")));
 
         let closing = |under_way, told_s, in_vain_s| Closing {
             told_s,
             under_way,
             in_vain_s,
+            beside: None,
         };
         assert!(closing(Some(0.5), 1.0, 0.0).words().unwrap().0.starts_with("Closing"));
         assert_eq!(closing(None, 1.0, 1.0).words().unwrap().0, "Vessel closed");
         assert_eq!(closing(None, 0.0, 0.1).words(), None);
+        for (way, told) in [
+            (Vec3::new(0.5, -1.0, -4.2), "4 mm further in"),
+            (Vec3::new(0.5, -1.0, 2.0), "2 mm nearer to the lens"),
+            (Vec3::new(-3.0, 1.0, 2.0), "3 mm to the left"),
+            (Vec3::new(-3.0, -5.0, 2.0), "5 mm deeper"),
+        ] {
+            assert_eq!(whither(way), told);
+        }
     }
 }
