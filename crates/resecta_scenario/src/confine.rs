@@ -13,58 +13,60 @@ use crate::{active::ActiveExercise, walls::Walls};
 /// Room that the sheath's axis keeps to the capsule, mm: half its radius, so that the capsule gives way by the other half.
 const ROOM_MM: f64 = 2.0;
 /// Points of the axis that are looked at lie so far apart, mm.
-const APART_MM: f32 = 2.0;
+const APART_MM: f32 = 1.0;
 
-/// The fields that move the axis, in the order in which they give way.
-const FIELDS: [InstrumentField; 3] = [InstrumentField::Insertion, InstrumentField::Pitch, InstrumentField::Yaw];
+/// What may be held of a request, the least first: what may go on goes on, along the wall, too.
+const HOLDS: [&[InstrumentField]; 8] = {
+    use InstrumentField::{Insertion, Pitch, Yaw};
+    [
+        &[],
+        &[Insertion],
+        &[Pitch],
+        &[Yaw],
+        &[Pitch, Yaw],
+        &[Insertion, Pitch],
+        &[Insertion, Yaw],
+        &AXIS,
+    ]
+};
+/// The fields that move the axis.
+const AXIS: [InstrumentField; 3] = [InstrumentField::Insertion, InstrumentField::Pitch, InstrumentField::Yaw];
 
-/// The least room of the axis within the organ, mm; infinite for one that is not there yet.
+/// The least room of the axis within the organ, mm; infinite for one that is not there yet. It is looked at in the same places however
+/// deep the sheath is, up to the first past its tip: one that is drawn back has no less.
 fn room_mm(walls: &Walls, scope: &Resectoscope, state: &InstrumentState) -> f64 {
-    let sheath = scope.sheath_pose(state);
-    let points = (state.insertion_mm.max(0.0) / APART_MM).ceil() as u32;
-    let axis = (0..=points).map(|point| {
-        let back = state.insertion_mm * point as f32 / points.max(1) as f32;
-        (sheath * (Vec3::Z * back)).as_dvec3()
+    let at_pivot = scope.sheath_pose(&InstrumentState {
+        insertion_mm: 0.0,
+        ..*state
     });
-    axis.filter_map(|point| walls.room_mm(point))
+    let points = (state.insertion_mm.max(0.0) / APART_MM).ceil() as u32;
+    (0..=points)
+        .map(|point| at_pivot * (Vec3::NEG_Z * APART_MM * point as f32))
+        .filter_map(|point| walls.room_mm(point.as_dvec3()))
         .fold(f64::INFINITY, f64::min)
 }
 
-/// The room that a request has to leave: what there is already, where that is less. A sheath that is drawn back is where it was, or
-/// part of it, and may be so however near the capsule is.
-fn least_room(room: impl Fn(&InstrumentState) -> f64, state: &InstrumentState, request: &InstrumentState) -> f64 {
-    let drawn_back = InstrumentState {
-        insertion_mm: state.insertion_mm.min(request.insertion_mm),
-        ..*state
-    };
-    ROOM_MM.min(room(state)).min(room(&drawn_back))
-}
-
-/// The request, without what would take the axis nearer to the capsule than it may come; and the fields that were held.
+/// The request, without what would take the axis nearer to the capsule than it may come, or is; and the fields that were held.
 fn hold(
     room: impl Fn(&InstrumentState) -> f64,
     state: &InstrumentState,
     request: &InstrumentState,
 ) -> (InstrumentState, Vec<InstrumentField>) {
-    if FIELDS.iter().all(|&field| state.get(field) == request.get(field)) {
+    let is_moved = |field: &&InstrumentField| state.get(**field) != request.get(**field);
+    if !AXIS.iter().any(|field| is_moved(&field)) {
         return (*request, Vec::new());
     }
-    let least = least_room(&room, state, request);
-    let may = |held: &[InstrumentField]| {
+    let least = ROOM_MM.min(room(state));
+    let keep = |held: &[InstrumentField]| {
         let mut kept = *request;
         held.iter().for_each(|&field| kept.set(field, state.get(field)));
-        (room(&kept) >= least).then_some(kept)
+        kept
     };
-    // What may go on goes on: along the wall, too.
-    let holds: [&[InstrumentField]; 5] = [&[], &FIELDS[..1], &FIELDS[1..2], &FIELDS[2..], &FIELDS[1..]];
-    let found = holds.into_iter().find_map(|held| Some((may(held)?, held)));
-    let (kept, held) = found.unwrap_or_else(|| {
-        let mut kept = *request;
-        FIELDS.iter().for_each(|&field| kept.set(field, state.get(field)));
-        (kept, &FIELDS)
-    });
-    let moved = |field: &&InstrumentField| state.get(**field) != request.get(**field);
-    (kept, held.iter().filter(moved).copied().collect())
+    let held = HOLDS
+        .into_iter()
+        .find(|held| room(&keep(held)) >= least)
+        .unwrap_or(&AXIS);
+    (keep(held), held.iter().filter(is_moved).copied().collect())
 }
 
 /// Holds the hands on the exercise's instrument.
@@ -133,10 +135,10 @@ mod tests {
         let room = |state: &InstrumentState| room_mm(&walls, &resectoscope, state);
         proptest!(ProptestConfig::with_cases(2000), |(state in pose(), request in pose())| {
             let (kept, held) = hold(room, &state, &request);
-            prop_assert!(room(&kept) >= least_room(room, &state, &request));
+            prop_assert!(room(&kept) >= ROOM_MM.min(room(&state)));
             let back = InstrumentState { insertion_mm: state.insertion_mm - 1.0, ..state };
             prop_assert_eq!(hold(room, &state, &back), (back, vec![]), "drawing back is always free");
-            for field in FIELDS {
+            for field in AXIS {
                 let is_held = held.contains(&field);
                 prop_assert_eq!(kept.get(field), if is_held { state.get(field) } else { request.get(field) });
             }
