@@ -154,7 +154,7 @@ impl Pool {
             return None;
         }
         self.told_g += mass_g;
-        let is_chip = chip.rest_volume_mm3 >= self.settings.least_mm3 && chip.thickness_mm() >= FLAKE_MM;
+        let is_chip = chip.rest_volume_mm3 >= self.settings.least_mm3 && chip.thickness_mm >= FLAKE_MM;
         let body = is_chip
             .then(|| Body::new(self.next_id, chip, self.density_g_per_mm3, &self.water))
             .flatten();

@@ -139,6 +139,7 @@ mod tests {
             rest_volume_mm3: 5.0,
             centre: DVec3::new(9.0, 9.0, 9.0),
             inertia: DMat3::IDENTITY,
+            thickness_mm: 1.0,
         })
     }
 

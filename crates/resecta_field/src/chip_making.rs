@@ -39,6 +39,8 @@ pub struct ChipMaking {
     joined: usize,
     chip: Chip,
     enclosed: Moments,
+    /// Area of the surface, mm².
+    area_mm2: f64,
     /// What every pentahedron lost, mm³, those without a part of the surface included.
     lost: Vec<(u32, f64)>,
 }
@@ -69,6 +71,7 @@ impl ChipMaking {
             joined: 0,
             chip: Chip::empty(lost.iter().map(|(_, mm3)| mm3).sum()),
             enclosed: Moments::default(),
+            area_mm2: 0.0,
             lost,
         }
     }
@@ -137,6 +140,7 @@ impl ChipMaking {
         let corners = triangle.map(|vertex| chip.vertices[vertex as usize]);
         let [a, b, c] = corners;
         let area = (b - a).cross(c - a);
+        self.area_mm2 += f64::from(0.5 * area.length());
         for vertex in triangle {
             chip.normals[vertex as usize] += area;
         }
@@ -150,6 +154,9 @@ impl ChipMaking {
         normals.for_each(|normal| *normal = normal.normalize_or_zero());
         let moments = self.moments(mesh, chip.rest_volume_mm3);
         (chip.centre, chip.inertia) = moments.about_centre(chip.rest_volume_mm3);
+        if self.area_mm2 > 0.0 {
+            chip.thickness_mm = 2.0 * self.enclosed.mass / self.area_mm2;
+        }
         chip
     }
 

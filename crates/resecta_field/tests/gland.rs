@@ -112,6 +112,21 @@ fn usual_chips_are_closed() {
                 field.cut(&tool, &positions).expect("a good tool");
             }
             let chip = field.take_chip(&positions).expect("good positions").expect("a chip");
+            let faces = chip
+                .triangles
+                .iter()
+                .map(|face| face.map(|vertex| chip.vertices[vertex as usize].as_dvec3() - chip.centre));
+            let (volume, area) = faces.fold((0.0, 0.0), |(volume, area), [a, b, c]| {
+                (
+                    volume + a.dot(b.cross(c)) / 6.0,
+                    area + 0.5 * (b - a).cross(c - a).length(),
+                )
+            });
+            assert!(
+                (chip.thickness_mm / (2.0 * volume / area) - 1.0).abs() < 1e-4,
+                "{}",
+                chip.thickness_mm
+            );
             common::chip_is_closed(&chip);
         }
     }

@@ -71,7 +71,7 @@ fn a_flake_is_a_shred_however_large_it_is() {
     let mut pool = pool(bladder(), settings());
     for (thick, is_flake) in [(0.3, true), (0.6, false)] {
         let sheet = block(DVec3::new(12.0, 20.0, thick), DVec3::ZERO, 0.4);
-        assert!((sheet.thickness_mm() / thick - 1.0).abs() < 0.1);
+        assert!((sheet.thickness_mm / thick - 1.0).abs() < 0.1);
         let before = pool.totals();
         assert_eq!(pool.add(&sheet).is_none(), is_flake);
         let mass = sheet.rest_volume_mm3 * DENSITY;

@@ -43,6 +43,7 @@ pub fn block(edges: DVec3, centre: DVec3, angle: f64) -> Arc<Chip> {
         rest_volume_mm3: volume,
         centre,
         inertia: turn * DMat3::from_diagonal(own) * turn.transpose(),
+        thickness_mm: volume / (edges.x * edges.y + edges.y * edges.z + edges.z * edges.x),
     })
 }
 
