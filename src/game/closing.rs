@@ -6,7 +6,7 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, Align2, Color32},
 };
-use resecta_fluid::{Circulation, ClosedBy, VesselClosed, Vessels};
+use resecta_fluid::{ClosedBy, VesselClosed, Vessels};
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::ActiveExercise;
 
@@ -40,8 +40,8 @@ pub fn plugin(app: &mut App) {
 struct Closing {
     /// For how long it is still told that one is closed, s.
     told_s: f32,
-    /// How far the vessel under the loop is on its way to be closed, 0 to 1; none where there is none.
-    under_way: Option<f64>,
+    /// Whether one is under the loop and on its way to be closed.
+    is_under_way: bool,
     /// For how long the current has met none while some bleed, s.
     in_vain_s: f32,
     /// The way from the wire to the nearest that bleeds, mm: right, up and back as the sheath is held; none where that is far.
@@ -76,7 +76,7 @@ fn beside(scope: &Resectoscope, state: &InstrumentState, vessels: &Vessels) -> O
 impl Closing {
     /// The words, and their colour.
     fn words(&self) -> Option<(String, Color32)> {
-        if self.under_way.is_some() {
+        if self.is_under_way {
             Some(("Closing a vessel: hold it there".into(), palette::GOOD))
         } else if self.told_s > 0.0 {
             Some(("Vessel closed".into(), palette::GOOD))
@@ -97,7 +97,6 @@ impl Closing {
 fn notice(
     active: Option<Res<ActiveExercise>>,
     time: Res<Time>,
-    circulation: Option<Res<Circulation>>,
     instruments: Query<(&InstrumentState, &Resectoscope)>,
     lists: Query<&Vessels>,
     mut closed: MessageReader<VesselClosed>,
@@ -109,21 +108,20 @@ fn notice(
     let state = active
         .as_ref()
         .and_then(|active| instruments.get(active.instrument).ok());
-    let (Some((state, scope)), Some(vessels), Some(circulation)) = (state, vessels, circulation) else {
+    let (Some((state, scope)), Some(vessels)) = (state, vessels) else {
         closing.set_if_neq(Closing::default());
         return;
     };
     let coagulates = state.coagulate && !state.cut;
-    let longest_s = vessels.open().map(|vessel| vessel.dwell_s).fold(0.0, f64::max);
-    let under_way = (coagulates && longest_s > 0.0).then(|| longest_s / circulation.settings.coagulation_dwell_s);
-    let is_in_vain = coagulates && under_way.is_none() && !is_closed && vessels.open().next().is_some();
+    let is_under_way = coagulates && vessels.open().any(|vessel| vessel.dwell_s > 0.0);
+    let is_in_vain = coagulates && !is_under_way && !is_closed && vessels.open().next().is_some();
     let now = Closing {
         told_s: if is_closed {
             TOLD_S
         } else {
             (closing.told_s - time.delta_secs()).max(0.0)
         },
-        under_way,
+        is_under_way,
         in_vain_s: if is_in_vain {
             closing.in_vain_s + time.delta_secs()
         } else {
@@ -185,15 +183,15 @@ mod tests {
         trial.steps(60);
         assert!(words(&trial).is_some_and(|words| words.starts_with("No bleeding vessel under the loop")));
 
-        let closing = |under_way, told_s, in_vain_s| Closing {
+        let closing = |is_under_way, told_s, in_vain_s| Closing {
             told_s,
-            under_way,
+            is_under_way,
             in_vain_s,
             beside: None,
         };
-        assert!(closing(Some(0.5), 1.0, 0.0).words().unwrap().0.starts_with("Closing"));
-        assert_eq!(closing(None, 1.0, 1.0).words().unwrap().0, "Vessel closed");
-        assert_eq!(closing(None, 0.0, 0.1).words(), None);
+        assert!(closing(true, 1.0, 0.0).words().unwrap().0.starts_with("Closing"));
+        assert_eq!(closing(false, 1.0, 1.0).words().unwrap().0, "Vessel closed");
+        assert_eq!(closing(false, 0.0, 0.1).words(), None);
         for (way, told) in [
             (Vec3::new(0.5, -1.0, -4.2), "4 mm further in"),
             (Vec3::new(0.5, -1.0, 2.0), "2 mm nearer to the lens"),

@@ -7,7 +7,7 @@ use bevy_egui::{
 };
 use resecta_fluid::{Bladder, Irrigation, Turbidity, Vessels};
 use resecta_instrument::InstrumentState;
-use resecta_scenario::{ActiveExercise, Condition, Exercise, MetricId, Metrics, PartScore, ScoreCard, ScoreLine};
+use resecta_scenario::{ActiveExercise, Exercise, MetricId, Metrics, PartScore, ScoreCard, ScoreLine};
 use resecta_tissue::TissueDiagnostics;
 
 use super::{
@@ -21,9 +21,6 @@ use super::{
 
 /// Width, logical pixels.
 pub const PANEL_WIDTH: f32 = 290.0;
-
-/// What lines of the score wait for is told of so many.
-const MOST_AWAITED: usize = 1;
 
 pub fn plugin(app: &mut App) {
     app.add_systems(EguiPrimaryContextPass, show.in_set(MenuSystems::Show));
@@ -153,13 +150,8 @@ fn score(ui: &mut Ui, card: &ScoreCard) {
                 row(part.part.name(), part.points, part.out_of, waits(part));
             }
         });
-    let mut awaited: Vec<Condition> = Vec::new();
-    for needed in card.lines.iter().filter_map(|line| line.waits_for) {
-        if !awaited.contains(&needed) {
-            awaited.push(needed);
-        }
-    }
-    for needed in awaited.iter().take(MOST_AWAITED) {
+    // What the first of them waits for: more would not fit.
+    if let Some(needed) = card.lines.iter().find_map(|line| line.waits_for) {
         let words = format!("Later: once {}", debrief::condition(needed));
         ui.label(RichText::new(words).size(11.5).weak());
     }

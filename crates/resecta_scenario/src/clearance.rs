@@ -13,8 +13,8 @@ use crate::active::ActiveExercise;
 #[reflect(Component, Default)]
 pub struct LoopClearance {
     /// Distance from the surface of the wire to the capsule as it lies now, mm; 0 where they touch or cross, negative where all of
-    /// the wire is beyond it, outside of the organ (past the bladder neck nothing is). What was cut out of the capsule still counts. None before the first step and
-    /// where the tissue has no capsule.
+    /// the wire is beyond it, outside of the organ (past the bladder neck nothing is). What was cut out of the capsule still counts.
+    /// None before the first step and where the tissue has no capsule.
     pub capsule_mm: Option<f32>,
     /// The point of the capsule that is nearest, mm.
     pub nearest: Option<Vec3>,

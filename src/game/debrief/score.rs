@@ -149,8 +149,8 @@ fn waiting(card: &ScoreCard) -> Vec<String> {
             None => groups.push((needed, vec![line.title])),
         }
     }
-    let sentence = |(Condition { metric, at_least }, titles): (Condition, Vec<&str>)| {
-        let needed = condition(&Condition { metric, at_least });
+    let sentence = |(needed, titles): (Condition, Vec<&str>)| {
+        let needed = condition(needed);
         match titles[..] {
             [one] => format!("{one} counts once {needed}."),
             _ => format!("{} count once {needed}.", titles.join(", ")),
@@ -160,8 +160,7 @@ fn waiting(card: &ScoreCard) -> Vec<String> {
 }
 
 /// What a line waits for, in words.
-pub fn condition(needed: &Condition) -> String {
-    let Condition { metric, at_least } = *needed;
+pub fn condition(Condition { metric, at_least }: Condition) -> String {
     format!("{} is {} or more", metric.info().title, value(metric, at_least))
 }
 
