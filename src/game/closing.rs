@@ -15,6 +15,7 @@ use super::{
     menu::{MenuSystems, UiZoom},
     overlay::shadowed,
     palette,
+    way::whither,
 };
 use crate::view::EndoscopeCamera;
 
@@ -46,19 +47,6 @@ struct Closing {
     in_vain_s: f32,
     /// The way from the wire to the nearest that bleeds, mm: right, up and back as the sheath is held; none where that is far.
     beside: Option<Vec3>,
-}
-
-/// The way to a vessel, by its longest part.
-fn whither(way: Vec3) -> String {
-    let (size, [over, under]) = [
-        (way.x, ["to the right", "to the left"]),
-        (way.y, ["higher", "deeper"]),
-        (way.z, ["nearer to the lens", "further in"]),
-    ]
-    .into_iter()
-    .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
-    .unwrap_or_default();
-    format!("{:.0} mm {}", size.abs(), if size > 0.0 { over } else { under })
 }
 
 /// The way from the wire to the nearest vessel that bleeds, in the sheath's frame, mm; none where none is within [`BESIDE_MM`].
@@ -192,13 +180,5 @@ mod tests {
         assert!(closing(true, 1.0, 0.0).words().unwrap().0.starts_with("Closing"));
         assert_eq!(closing(false, 1.0, 1.0).words().unwrap().0, "Vessel closed");
         assert_eq!(closing(false, 0.0, 0.1).words(), None);
-        for (way, told) in [
-            (Vec3::new(0.5, -1.0, -4.2), "4 mm further in"),
-            (Vec3::new(0.5, -1.0, 2.0), "2 mm nearer to the lens"),
-            (Vec3::new(-3.0, 1.0, 2.0), "3 mm to the left"),
-            (Vec3::new(-3.0, -5.0, 2.0), "5 mm deeper"),
-        ] {
-            assert_eq!(whither(way), told);
-        }
     }
 }

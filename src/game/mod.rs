@@ -65,6 +65,7 @@ mod stops;
 mod title;
 mod tutorial;
 mod unlock;
+mod way;
 
 use std::path::PathBuf;
 

@@ -13,6 +13,7 @@ use super::{
     menu::{self, MenuSystems, UiZoom},
     palette,
     panel::PANEL_WIDTH,
+    way::whither,
 };
 use crate::view::OutsideCamera;
 
@@ -133,6 +134,10 @@ fn show(
                         ui.add_space(4.0);
                     }
                 });
+                if let Some(way) = progress.away {
+                    let back = format!("Not here: the marked tissue is {}", whither(way));
+                    ui.label(RichText::new(back).strong().color(palette::CAREFUL));
+                }
                 if !step.hint.is_empty() {
                     ui.label(RichText::new(&step.hint).color(palette::WEAK));
                 }

@@ -62,6 +62,7 @@ mod extension;
 pub mod headless;
 mod library;
 mod limits;
+mod marked_way;
 pub mod metrics;
 pub mod mods;
 mod on_case;

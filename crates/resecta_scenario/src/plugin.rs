@@ -16,6 +16,7 @@ use crate::{
     clearance::{self, LoopClearance},
     confine,
     extension::{self, Extensions},
+    marked_way,
     metrics::{ChipMasses, Metrics, StepObservation, WaterStep},
     run_log::RunLog,
     score::ScoreCard,
@@ -138,6 +139,7 @@ impl Plugin for ScenarioPlugin {
                         observe_vessels,
                         observe_chips,
                         sight::observe_landmark.after(clearance::measure),
+                        marked_way::observe_marked_way,
                     )
                         .chain()
                         .in_set(Observe),

@@ -18,6 +18,9 @@ use crate::{
     trigger::{Moment, Trigger},
 };
 
+/// The least that [`Step::near_marked_mm`] may be: a wire that lies on a pentahedron is up to about so far from its middle.
+const LEAST_NEAR_MM: f64 = 5.0;
+
 /// One step of an exercise.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -29,6 +32,11 @@ pub struct Step {
     pub hint: String,
     /// What ends the step.
     pub until: Trigger,
+    /// What is done counts only while the wire is so near to the middle of a marked pentahedron, mm, at least 5: whoever is
+    /// elsewhere is told the way back. Without it a step counts anywhere, as it does once nothing marked is left.
+    #[serde(default)]
+    #[schemars(extend("minimum" = LEAST_NEAR_MM))]
+    pub near_marked_mm: Option<f64>,
 }
 
 /// How far the steps of the exercise in play have come. Empty for an exercise without steps.
@@ -38,7 +46,12 @@ pub struct StepProgress {
     pub done_at_s: Vec<f64>,
     /// How far the present step has come, 0 to 1.
     pub share: f64,
+    /// The way to the marked tissue, as of [`StepObservation::marked_way`], for whoever is too far from it for what they do to
+    /// count; none for all others.
+    pub away: Option<Vec3>,
     from: Option<Moment>,
+    /// What was so in the fixed step before.
+    before: Option<Moment>,
     /// For how long what the step asks for has been so, s.
     held_s: f64,
 }
@@ -57,6 +70,14 @@ impl StepProgress {
         };
         let now = Moment::new(observed, metrics, &step.until);
         let from = self.from.get_or_insert(now);
+        let before = self.before.replace(now).unwrap_or(now);
+        let near_mm = step.near_marked_mm.unwrap_or(f64::INFINITY);
+        self.away = (observed.marked_way).filter(|way| f64::from(way.length()) > near_mm);
+        if self.away.is_some() {
+            from.pass_over(&before, &now);
+            self.held_s = 0.0;
+            return;
+        }
         step.until.begin_further_back(from, &now);
         let from = *from;
         self.held_s = if step.until.holds(&now) {
@@ -81,6 +102,12 @@ pub(crate) fn check(exercise: &Exercise, faults: &mut Faults) {
             RuleError::new(format!("{field}.say"), "empty", "some text")
         });
         faults.note(step.until.check(&format!("{field}.until"), exercise));
+        if let Some(near_mm) = step.near_marked_mm {
+            faults.require(near_mm >= LEAST_NEAR_MM && near_mm.is_finite(), || {
+                let expected = format!("a finite number of mm, {LEAST_NEAR_MM} or more");
+                RuleError::new(format!("{field}.near_marked_mm"), near_mm, expected)
+            });
+        }
     }
     reach::check(exercise, faults);
 }
@@ -97,6 +124,7 @@ mod tests {
             say: "do it".into(),
             hint: String::new(),
             until,
+            near_marked_mm: None,
         }
     }
 
@@ -330,6 +358,44 @@ mod tests {
             progress.observe(&steps, &observed, &metrics);
             assert_eq!(progress.done_at_s.len(), done);
         }
+    }
+
+    #[test]
+    fn away_from_marked_tissue_nothing_counts_where_it_is_asked_for() {
+        let near = |until| Step {
+            near_marked_mm: Some(10.0),
+            ..step(until)
+        };
+        let at = |way_mm: f32, insertion_mm, coagulate| {
+            let mut observed = with(InstrumentState {
+                insertion_mm,
+                coagulate,
+                ..default()
+            });
+            observed.loop_in_tissue = true;
+            observed.marked_way = Some(Vec3::Z * way_mm);
+            observed
+        };
+        let advance = [near(Trigger::Advanced { mm: 10.0 })];
+        // Begun and advanced in the bladder, then back, and along the marked tissue.
+        let on_the_way = [at(20.0, 60.0, false), at(35.0, 75.0, false), at(9.0, 30.0, false)];
+        let progress = run(&advance, on_the_way[..2].iter().cloned());
+        assert_eq!((progress.away, progress.share), (Some(Vec3::Z * 35.0), 0.0));
+        let progress = run(&advance, on_the_way.iter().cloned());
+        assert!(progress.away.is_none() && progress.done_at_s.is_empty());
+        let there = on_the_way.into_iter().chain([at(5.0, 41.0, false)]);
+        assert_eq!(run(&advance, there).done_at_s.len(), 1);
+
+        // What is summed up goes on where it was left.
+        let coagulate = [near(Trigger::Coagulated { s: 0.35 })];
+        let held = [5.0, 5.0, 5.0, 20.0, 20.0, 20.0, 5.0].map(|way_mm| at(way_mm, 30.0, true));
+        assert!(run(&coagulate, held.iter().cloned()).done_at_s.is_empty());
+        let held = held.into_iter().chain([at(5.0, 30.0, true)]);
+        assert_eq!(run(&coagulate, held).done_at_s.len(), 1);
+        // Nothing marked is left: nobody is led back to it.
+        let mut none_left = at(20.0, 60.0, false);
+        none_left.marked_way = None;
+        assert!(run(&advance, [none_left]).away.is_none());
     }
 
     #[test]

@@ -368,6 +368,13 @@ pub(crate) struct Moment {
 }
 
 impl Moment {
+    /// Counts nothing of what was done since `before`: sums that a beginning is subtracted from begin so much higher.
+    pub fn pass_over(&mut self, before: &Self, now: &Self) {
+        self.time_s += now.time_s - before.time_s;
+        self.removed_g += now.removed_g - before.removed_g;
+        self.coagulated_s += now.coagulated_s - before.coagulated_s;
+    }
+
     /// What a step that waits for `trigger` looks at.
     pub fn new(step: &StepObservation, metrics: &Metrics, trigger: &Trigger) -> Self {
         Self {

@@ -2,7 +2,35 @@
 
 use std::fs;
 
-use resecta_scenario::{EndReason, MetricId, Metrics, RunLog, Trace, assets, testing::Trial};
+use resecta_scenario::{EndReason, MetricId, Metrics, RunLog, StepProgress, Trace, assets, testing::Trial};
+
+#[test]
+fn whoever_has_lost_the_marked_tissue_is_told_the_way_back() {
+    let mut trial = Trial::new(());
+    trial.start("tutorial").unwrap();
+    // The tip up, far into the bladder, rolled and back.
+    trial.steps_by(300, |step, hands| {
+        let time_s = step as f32 / 60.0;
+        hands.pitch_deg = -15.0 + 9.0 * time_s.min(1.0);
+        hands.insertion_mm = 4.0 + 86.0 * (time_s - 1.0).clamp(0.0, 1.0);
+        hands.roll_deg = 35.0 * (1.0 - (time_s - 3.0).abs()).max(0.0);
+    });
+    let progress = trial.app.world().resource::<StepProgress>();
+    assert_eq!((progress.done_at_s.len(), progress.share), (4, 0.0));
+    let way = progress.away.expect("the dyed lobe is behind");
+    assert!(way.z > 15.0 && way.z > way.x.abs() && way.z > way.y.abs(), "{way}");
+
+    // Back over it, and along it.
+    trial.steps_by(120, |step, hands| {
+        hands.insertion_mm = 90.0 - 66.0 * (step + 1) as f32 / 120.0
+    });
+    let progress = trial.app.world().resource::<StepProgress>();
+    assert!(progress.away.is_none() && progress.done_at_s.len() == 4, "{progress:?}");
+    trial.steps_by(60, |step, hands| {
+        hands.insertion_mm = 24.0 + 13.0 * (step + 1) as f32 / 60.0
+    });
+    assert_eq!(trial.app.world().resource::<StepProgress>().done_at_s.len(), 5);
+}
 
 #[test]
 fn whoever_does_what_the_tutorial_says_finishes_it() {

@@ -39,6 +39,9 @@ pub struct StepObservation {
     pub capsule_cut_mm2: f64,
     /// The landmark that the present step is about; none in a step about none.
     pub landmark: Option<LandmarkObservation>,
+    /// The way from the loop's wire to the nearest middle of a marked pentahedron that is left, mm: right, up and back as the sheath
+    /// is held. None in a step that counts anywhere, and where nothing marked is left.
+    pub marked_way: Option<Vec3>,
     /// Blood and water.
     pub water: WaterStep,
     /// Where the cut tissue is, where it floats.

@@ -12,7 +12,9 @@ const BLIND: f64 = 0.3;
 pub struct BloodAndWater {
     /// Blood lost, ml.
     pub blood_ml: f64,
-    /// What vessels that are open now would go on to lose, ml.
+    /// Vessels that are open now.
+    pub bleeders: usize,
+    /// What they would go on to lose, ml.
     pub to_come_ml: f64,
     /// Irrigant from the bag, ml.
     pub irrigated_ml: f64,
@@ -26,6 +28,7 @@ impl BloodAndWater {
     /// Takes one step into account.
     pub fn observe(&mut self, step: &StepObservation) {
         self.blood_ml += step.water.blood_ml;
+        self.bleeders = step.water.bleeders;
         self.to_come_ml = step.water.to_come_ml;
         self.irrigated_ml += step.water.irrigated_ml;
         self.absorbed_ml += step.water.absorbed_ml;
