@@ -162,15 +162,21 @@ fn measured(ui: &mut Ui, metrics: &Metrics, exercise: &Exercise) {
     let plain = palette::TEXT;
     let [touches, injuries] = [MetricId::CapsuleTouches, MetricId::SphincterInjuries].map(value);
     let harm = |count: f64| if count > 0.0 { BAD } else { plain };
+    let strokes = value(MetricId::Strokes);
     let left_s = (exercise.limits.time_s - value(MetricId::Elapsed)).max(0.0);
     let asked_for = format!("Of the {}", exercise.marked.words());
-    let rows = [
+    let removed = [
         ("Removed", format!("{:.2} g", value(MetricId::RemovedMass)), plain),
         (
             asked_for.as_str(),
             format!("{:.0} %", 100.0 * value(MetricId::MarkedRemovedShare)),
             plain,
         ),
+        ("Cuts", format!("{strokes:.0}"), plain),
+    ];
+    // What a sheath tears off where nothing is to be cut is no news.
+    let is_news = exercise.asks_for_tissue() || strokes > 0.0;
+    let rest = [
         ("Capsule touched", format!("{touches:.0}"), harm(touches)),
         ("Sphincter injured", format!("{injuries:.0}"), harm(injuries)),
         (
@@ -178,10 +184,9 @@ fn measured(ui: &mut Ui, metrics: &Metrics, exercise: &Exercise) {
             format!("{:.1} s", value(MetricId::CurrentWithoutContact)),
             plain,
         ),
-        ("Cuts", format!("{:.0}", value(MetricId::Strokes)), plain),
         ("Time left", clock(left_s), if left_s < 30.0 { CAREFUL } else { plain }),
     ];
-    table(ui, "measured", rows);
+    table(ui, "measured", removed.into_iter().filter(|_| is_news).chain(rest));
 }
 
 fn instrument(ui: &mut Ui, state: &InstrumentState) {
@@ -294,7 +299,7 @@ fn slower(pace: &Pace) -> (&'static str, String, Color32) {
     )
 }
 
-fn table<const ROWS: usize>(ui: &mut Ui, name: &str, rows: [(&str, String, Color32); ROWS]) {
+fn table<'a>(ui: &mut Ui, name: &str, rows: impl IntoIterator<Item = (&'a str, String, Color32)>) {
     egui::Grid::new(name)
         .num_columns(2)
         .spacing([10.0, 1.0])

@@ -208,13 +208,15 @@ fn header(ui: &mut Ui, active: &ActiveExercise, reason: EndReason, card: &ScoreC
         ui.vertical(|ui| {
             ui.label(RichText::new(&active.exercise.title).size(15.0).color(palette::WEAK));
             ui.label(RichText::new(headline).size(28.0).strong().color(colour));
-            let strokes = metrics.value(MetricId::Strokes);
-            ui.label(format!(
-                "{:.2} g removed in {}, {strokes:.0} {}",
-                metrics.value(MetricId::RemovedMass),
-                clock(metrics.elapsed_s()),
-                if strokes == 1.0 { "cut" } else { "cuts" }
-            ));
+            let (time, strokes) = (clock(metrics.elapsed_s()), metrics.value(MetricId::Strokes));
+            // A sheath that tears a shred off where nothing is to be cut is no news.
+            ui.label(if active.exercise.asks_for_tissue() || strokes > 0.0 {
+                let removed = metrics.value(MetricId::RemovedMass);
+                let cuts = if strokes == 1.0 { "cut" } else { "cuts" };
+                format!("{removed:.2} g removed in {time}, {strokes:.0} {cuts}")
+            } else {
+                format!("In {time}")
+            });
         });
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             ui.label(

@@ -131,12 +131,25 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
     }
 }
 
-/// How much of the blood that is scored is still to come, where it is: nobody sees it in the curve of what was lost.
+/// What was left to bleed where blood counts, and how much of it is still to come where that is scored: nobody sees it in the curve of
+/// what was lost.
 fn left_open(card: &ScoreCard, metrics: &Metrics) -> Option<String> {
-    let is_scored = card.lines.iter().any(|line| line.metric == MetricId::BloodInAll);
-    let to_come_ml = metrics.water.to_come_ml;
-    (is_scored && to_come_ml >= 0.5)
-        .then(|| format!("{to_come_ml:.0} ml of the blood is still to come, from vessels that were left open."))
+    let counts = |metric| card.lines.iter().any(|line| line.metric == metric);
+    let is_to_come = counts(MetricId::BloodInAll);
+    let (open, to_come_ml) = (metrics.water.bleeders, metrics.water.to_come_ml);
+    if open == 0 || !(is_to_come || counts(MetricId::BloodLost)) {
+        return None;
+    }
+    let vessels = if open == 1 {
+        "1 vessel was"
+    } else {
+        &format!("{open} vessels were")
+    };
+    Some(if is_to_come && to_come_ml >= 0.5 {
+        format!("{vessels} left open: {to_come_ml:.0} ml of the blood is still to come.")
+    } else {
+        format!("{vessels} left open.")
+    })
 }
 
 /// For everything that lines wait for, a sentence that says which: they show good values and no points.

@@ -8,8 +8,9 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, Align2, FontId, RichText, Ui},
 };
+use resecta_instrument::InstrumentState;
 use resecta_records::{Hands, Replay};
-use resecta_scenario::{STEP_HZ, ScoreCard};
+use resecta_scenario::{ActiveExercise, STEP_HZ, ScoreCard};
 
 use super::{
     GhostWay, Shown,
@@ -69,7 +70,11 @@ fn keys(
         *layout = layout.next();
     }
     if pressed(KeyCode::Escape) {
-        exit.write(AppExit::Success);
+        if clock.is_far() {
+            clock.stay();
+        } else {
+            exit.write(AppExit::Success);
+        }
     }
 }
 
@@ -108,6 +113,7 @@ fn show(
     replay: Option<Res<Replay>>,
     card: Res<ScoreCard>,
     ghosts: Query<&GhostWay>,
+    (active, instruments): (Option<Res<ActiveExercise>>, Query<&InstrumentState>),
     mut clock: ResMut<ReplayClock>,
     mut layout: ResMut<ViewLayout>,
 ) -> Result {
@@ -159,6 +165,16 @@ fn show(
         });
     });
     caption(&ui, area, &shown, !ghosts.is_empty());
+    if let Some(state) = active.and_then(|active| instruments.get(active.instrument).ok()) {
+        let at = area.left_bottom() + egui::vec2(14.0, -HEIGHT - 8.0);
+        (ui.painter()).text(
+            at,
+            Align2::LEFT_BOTTOM,
+            hands(state),
+            FontId::proportional(14.0),
+            palette::TEXT,
+        );
+    }
     // Keys are the replay's, wherever one clicked last.
     if let Some(id) = ui.memory(|memory| memory.focused()) {
         ui.memory_mut(|memory| memory.surrender_focus(id));
@@ -171,12 +187,27 @@ fn far(ui: &Ui, area: egui::Rect, clock: &ReplayClock) {
     ui.painter().rect_filled(area, 0.0, palette::GROUND);
     let to = clock.seeks().unwrap_or_default();
     let time = |steps: u64| minutes(steps as f64 / STEP_HZ);
-    let words = match clock.goes_back() {
-        true => format!("Back to {}: building the gland anew", time(to)),
-        false => format!("Computing {} of {}", time(clock.played()), time(to)),
+    let (words, esc) = if clock.goes_back() {
+        (
+            format!("Back to {}: building the gland anew", time(to)),
+            "Esc: back to the start only",
+        )
+    } else {
+        (
+            format!("Computing {} of {}", time(clock.played()), time(to)),
+            "Esc: stay where it has come",
+        )
     };
-    let font = FontId::proportional(26.0);
-    (ui.painter()).text(area.center(), Align2::CENTER_CENTER, words, font, palette::WEAK);
+    for (y, words, size) in [(0.0, words.as_str(), 26.0), (36.0, esc, 15.0)] {
+        let at = area.center() + egui::vec2(0.0, y);
+        (ui.painter()).text(
+            at,
+            Align2::CENTER_CENTER,
+            words,
+            FontId::proportional(size),
+            palette::WEAK,
+        );
+    }
 }
 
 /// The run as a line, to be pressed where one wants to be.
@@ -223,6 +254,20 @@ fn agreement(ui: &mut Ui, replay: Option<&Replay>, clock: &ReplayClock) {
         (None, None) => ("as recorded so far".into(), palette::GOOD),
     };
     ui.add(egui::Label::new(RichText::new(words).size(12.5).color(colour)).truncate());
+}
+
+/// What the hands and feet do.
+fn hands(state: &InstrumentState) -> String {
+    let current = match (state.cut, state.coagulate) {
+        (true, _) => "cutting",
+        (false, true) => "coagulating",
+        (false, false) => "no current",
+    };
+    let [inflow, outflow] = [state.inflow_tap, state.outflow_tap].map(|open| 100.0 * open);
+    format!(
+        "sheath in {:.0} mm   loop out {:.0} mm   roll {:.0}°   {current}   taps in {inflow:.0} %, out {outflow:.0} %",
+        state.insertion_mm, state.stroke_mm, state.roll_deg
+    )
 }
 
 /// Whose run it is, over the views.

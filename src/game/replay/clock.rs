@@ -108,6 +108,12 @@ impl ReplayClock {
         self.seek((from + seconds * STEP_HZ).max(0.0) as u64);
     }
 
+    /// Stays where it has come on its way to somewhere else; on the way back that is the start of the run, from which it goes on.
+    pub fn stay(&mut self) {
+        self.is_playing = false;
+        self.seeks = self.goes_back().then_some(self.begins_after);
+    }
+
     /// Begins or stops; at the end it begins anew.
     pub fn toggle(&mut self) {
         self.is_playing = !self.is_playing;
@@ -234,6 +240,21 @@ mod tests {
         clock.speed = SPEEDS.len() - 1;
         assert_eq!(clock.steps_now(10.0, 0.02), 4);
         assert_eq!(clock.steps_now(0.0, 0.02), 0);
+    }
+
+    #[test]
+    fn whoever_does_not_want_to_wait_stays_where_it_has_come() {
+        let mut clock = clock();
+        clock.seek(500);
+        frames(&mut clock, 1, 0.1, 0.01);
+        assert!(clock.is_far());
+        clock.stay();
+        let played = clock.played();
+        assert!((1..500).contains(&played) && !clock.is_playing && clock.seeks().is_none());
+        // The way back leads to the start.
+        clock.seek(played - 1);
+        clock.stay();
+        assert_eq!(clock.seeks(), Some(0));
     }
 
     #[test]
