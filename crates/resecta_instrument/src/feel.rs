@@ -48,6 +48,8 @@ pub struct LiveFeel {
     pub mouse: f32,
     /// Factor on what the wheel moves, 0.1 to 5.
     pub wheel: f32,
+    /// Factor on what held keys move, 0.1 to 5.
+    pub keys: f32,
     /// Factor on what sticks and buttons of a gamepad move, 0.1 to 5.
     pub stick: f32,
     /// Share of a stick's or trigger's way that does nothing, 0 to 0.9.
@@ -66,6 +68,7 @@ impl Default for LiveFeel {
         LiveFeel {
             mouse: 1.0,
             wheel: 1.0,
+            keys: 1.0,
             stick: 1.0,
             dead_zone: 0.15,
             curve: 2.0,
@@ -90,7 +93,7 @@ pub struct FeelError {
 }
 
 impl LiveFeel {
-    /// The range of the three factors.
+    /// The range of the four factors.
     pub const FACTOR: [f32; 2] = [0.1, 5.0];
     /// The range of the dead zone.
     pub const DEAD_ZONE: [f32; 2] = [0.0, 0.9];
@@ -105,6 +108,7 @@ impl LiveFeel {
         let fields = [
             ("mouse", self.mouse, Self::FACTOR),
             ("wheel", self.wheel, Self::FACTOR),
+            ("keys", self.keys, Self::FACTOR),
             ("stick", self.stick, Self::FACTOR),
             ("dead_zone", self.dead_zone, Self::DEAD_ZONE),
             ("curve", self.curve, Self::CURVE),

@@ -134,7 +134,11 @@ impl LiveInput {
                 let pushed_per_s = self.pushed[index] * bindings.feel.stick * speed.pushed_per_s;
                 // A gamepad's button is tapped, too: it then moves as far as it was pushed.
                 let is_held = self.held[index] || tapped[index] && pushed_per_s == 0.0;
-                let held_per_s = if is_held { speed.held_per_s } else { 0.0 };
+                let held_per_s = if is_held {
+                    bindings.feel.keys * speed.held_per_s
+                } else {
+                    0.0
+                };
                 change[field as usize] += sign * held_per_s.max(pushed_per_s) * dt_s;
             }
         }

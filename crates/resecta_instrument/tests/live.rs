@@ -22,10 +22,10 @@ fn frame(live: &mut LiveInput, keys: &ButtonInput<KeyCode>) {
 
 #[test]
 fn a_held_key_moves_by_time_however_many_frames_there_are() {
-    let bindings = InstrumentBindings::default();
+    let mut bindings = InstrumentBindings::default();
     let mut keys = ButtonInput::default();
     keys.press(KeyCode::KeyW);
-    let distance = |frames_per_step: usize| {
+    let distance = |bindings: &InstrumentBindings, frames_per_step: usize| {
         let mut live = LiveInput::default();
         let mut moved = 0.0;
         for step in 0..60 {
@@ -36,15 +36,18 @@ fn a_held_key_moves_by_time_however_many_frames_there_are() {
                 frames_per_step
             };
             (0..frames).for_each(|_| frame(&mut live, &keys));
-            moved += live.take_step(&bindings, STEP_S).change[InstrumentField::Insertion as usize];
+            moved += live.take_step(bindings, STEP_S).change[InstrumentField::Insertion as usize];
         }
         moved
     };
-    for frames_per_step in 0..4 {
-        assert!(
-            (distance(frames_per_step) - bindings.insertion.held_per_s).abs() < 1e-3,
-            "{frames_per_step}"
-        );
+    for factor in [1.0, 0.4] {
+        bindings.feel.keys = factor;
+        for frames_per_step in 0..4 {
+            assert!(
+                (distance(&bindings, frames_per_step) - factor * bindings.insertion.held_per_s).abs() < 1e-3,
+                "{frames_per_step}"
+            );
+        }
     }
 }
 

@@ -169,6 +169,7 @@ fn feel(ui: &mut Ui, feel: &mut LiveFeel, hand: &mut Handedness) {
     for (name, value, range, logarithmic) in [
         ("Mouse", &mut feel.mouse, LiveFeel::FACTOR, true),
         ("Wheel", &mut feel.wheel, LiveFeel::FACTOR, true),
+        ("Keys", &mut feel.keys, LiveFeel::FACTOR, true),
         ("Gamepad", &mut feel.stick, LiveFeel::FACTOR, true),
         ("Dead zone of sticks", &mut feel.dead_zone, LiveFeel::DEAD_ZONE, false),
         ("Curve of sticks", &mut feel.curve, LiveFeel::CURVE, false),
