@@ -17,7 +17,9 @@ use crate::view::{ViewSystems, shown_at};
 /// Within this distance of the capsule a wall is called by it, mm.
 const CAPSULE_MM: f64 = 1.0;
 
-/// Rays in a row that have to meet something else before the middle is called by that: at an edge they meet now this, now that.
+/// For how long, s, and how many rays in a row have to meet something else before the middle is called by that: at an edge they meet now
+/// this, now that.
+const STEADY_S: f32 = 0.3;
 const STEADY: u32 = 3;
 
 pub fn plugin(app: &mut App) {
@@ -33,10 +35,20 @@ pub struct Seen {
     landmarks: Vec<Marked>,
     /// The tissue in the middle of the picture, or what lies there in its place.
     pub middle: &'static str,
-    /// What rays to the middle met last, where that is something else, and how many did in a row.
-    instead: (&'static str, u32),
-    /// Whose turn it is: a landmark, or the middle after the last.
+    /// What rays to the middle met last, where that is something else.
+    instead: Option<Instead>,
+    /// Whose turn it is: every other frame the middle's, a landmark's in between.
     turn: usize,
+}
+
+/// What the middle may be called soon.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Instead {
+    name: &'static str,
+    /// Rays in a row that met it.
+    rays: u32,
+    /// When the first of them did, s of real time.
+    since_s: f32,
 }
 
 /// A landmark, and whether it is in view.
@@ -52,6 +64,7 @@ fn look(
     shown: Res<Shown>,
     active: Option<Res<ActiveExercise>>,
     instruments: Query<(&InstrumentState, &Resectoscope)>,
+    time: Res<Time<Real>>,
     mut sight: Sight,
     mut seen: ResMut<Seen>,
 ) {
@@ -76,8 +89,9 @@ fn look(
         return;
     };
     let turn = seen.turn;
-    seen.turn = (turn + 1) % (seen.landmarks.len() + 1);
-    match seen.landmarks.get_mut(turn) {
+    seen.turn = (turn + 1) % (2 * seen.landmarks.len()).max(1);
+    let landmark = if turn % 2 == 1 { Some(turn / 2) } else { None };
+    match landmark.and_then(|landmark| seen.landmarks.get_mut(landmark)) {
         Some(landmark) => landmark.is_seen = sight.sees(landmark.place),
         None => {
             let lens = scope.lens_pose(state);
@@ -87,22 +101,26 @@ fn look(
                 (Some(hit), Some(tissue)) => name_of(&active, tissue, eye + hit * ahead),
                 _ => beyond(&active, eye + 0.5 * FAR_MM * ahead),
             };
-            seen.meet(met);
+            seen.meet(met, time.elapsed_secs());
         }
     }
 }
 
 impl Seen {
-    /// Takes into account what a ray to the middle met.
-    fn meet(&mut self, met: &'static str) {
-        let (instead, times) = self.instead;
-        self.instead = match met {
-            _ if met == self.middle => ("", 0),
-            _ if met == instead => (met, times + 1),
-            _ => (met, 1),
-        };
-        if self.middle.is_empty() || self.instead.1 >= STEADY {
-            (self.middle, self.instead) = (met, ("", 0));
+    /// Takes into account what a ray to the middle met at a time, s.
+    fn meet(&mut self, met: &'static str, now_s: f32) {
+        if met == self.middle {
+            self.instead = None;
+            return;
+        }
+        let before = self.instead.filter(|instead| instead.name == met);
+        let (rays, since_s) = before.map_or((1, now_s), |before| (before.rays + 1, before.since_s));
+        let is_steady = rays >= STEADY && now_s - since_s >= STEADY_S;
+        if self.middle.is_empty() || is_steady {
+            (self.middle, self.instead) = (met, None);
+        } else {
+            let name = met;
+            self.instead = Some(Instead { name, rays, since_s });
         }
     }
 }
@@ -194,16 +212,25 @@ mod tests {
     #[test]
     fn the_middle_is_called_otherwise_once_rays_agree_on_it() {
         let mut seen = Seen::default();
-        let mut called = |met: &[&'static str]| {
-            met.iter().for_each(|met| seen.meet(met));
+        let mut now_s = 0.0;
+        let mut called = |every_s: f32, met: &[&'static str]| {
+            for met in met {
+                now_s += every_s;
+                seen.meet(met, now_s);
+            }
             seen.middle
         };
-        assert_eq!(called(&["middle lobe"]), "middle lobe", "the first at once");
+        let quick = 0.04;
+        assert_eq!(called(quick, &["middle lobe"]), "middle lobe", "the first at once");
         assert_eq!(
-            called(&["capsule", "middle lobe", "capsule", "apex", "capsule"]),
+            called(quick, &["capsule", "middle lobe", "capsule", "apex", "capsule"]),
             "middle lobe"
         );
-        assert_eq!(called(&["middle lobe", "capsule", "capsule"]), "middle lobe");
-        assert_eq!(called(&["capsule"]), "capsule");
+        assert_eq!(called(quick, &["middle lobe"]), "middle lobe");
+        assert_eq!(called(quick, &["capsule"; 8]), "middle lobe");
+        assert_eq!(called(quick, &["capsule"]), "capsule");
+        // A slow machine needs no more of them.
+        assert_eq!(called(0.4, &["apex"; 2]), "capsule");
+        assert_eq!(called(0.4, &["apex"]), "apex");
     }
 }
