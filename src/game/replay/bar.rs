@@ -20,6 +20,7 @@ use crate::{
     game::{
         layout::ViewLayout,
         menu::{self, MenuSystems},
+        overlay::shadowed,
         palette,
         panel::clock as minutes,
     },
@@ -167,11 +168,12 @@ fn show(
     caption(&ui, area, &shown, !ghosts.is_empty());
     if let Some(state) = active.and_then(|active| instruments.get(active.instrument).ok()) {
         let at = area.left_bottom() + egui::vec2(14.0, -HEIGHT - 8.0);
-        (ui.painter()).text(
+        shadowed(
+            ui.painter(),
             at,
             Align2::LEFT_BOTTOM,
-            hands(state),
-            FontId::proportional(14.0),
+            &hands(state),
+            14.0,
             palette::TEXT,
         );
     }
