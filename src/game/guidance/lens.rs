@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_egui::egui::{Align2, Painter, Rect};
-use resecta_instrument::InstrumentState;
+use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::ActiveExercise;
 
 use super::shadowed;
@@ -15,6 +15,10 @@ use crate::{
 const PATIENCE_S: f32 = 0.9;
 /// A side that is hidden by no more than this share is where to turn to.
 const SEES: f32 = 0.35;
+/// Where all sides are hidden the tip is turned to the middle of the urethra so far ahead, mm, as it lay at rest; not by less than this,
+/// degrees.
+const AHEAD_MM: f64 = 8.0;
+const LEAST_DEG: f32 = 4.0;
 /// Where the words stand, as a share of the view's height, and how large, points.
 const HEIGHT: f32 = 0.42;
 const SIZE: f32 = 17.0;
@@ -24,6 +28,8 @@ const SIZE: f32 = 17.0;
 pub struct OnTissue {
     blind_s: f32,
     turn: Option<&'static str>,
+    /// Whether the tip is below the verumontanum: whoever draws back there comes to the sphincter.
+    is_low: bool,
 }
 
 /// Follows the veil before the lens while the player's hands rest.
@@ -31,20 +37,55 @@ pub fn notice(
     flow: Res<GameFlow>,
     time: Res<Time>,
     active: Option<Res<ActiveExercise>>,
-    instruments: Query<&InstrumentState>,
+    instruments: Query<(&InstrumentState, &Resectoscope)>,
     veils: Query<&Veil>,
     mut on: ResMut<OnTissue>,
 ) {
-    let state = active.and_then(|active| instruments.get(active.instrument).ok());
+    let held = active
+        .as_ref()
+        .and_then(|active| Some((active, instruments.get(active.instrument).ok()?)));
     let blind = veils.iter().find(|veil| veil.is_blind());
-    let (Some(state), Some(veil), true) = (state, blind, flow.is_live() && !flow.watches) else {
+    let (Some((active, (state, scope))), Some(veil), true) = (held, blind, flow.is_live() && !flow.watches) else {
         *on = OnTissue::default();
         return;
     };
     if !(state.cut || state.coagulate) {
         on.blind_s += time.delta_secs();
     }
-    on.turn = turn(veil, state.roll_deg);
+    let tip = scope.tip(state);
+    on.is_low = (active.case.landmarks.verumontanum).is_some_and(|place| f64::from(tip.z) < place.z);
+    on.turn = turn(veil, state.roll_deg).or_else(|| {
+        let middle = middle_of_urethra(active, f64::from(tip.z) + AHEAD_MM)?;
+        turn_to(scope.sheath_pose(state).rotation * Vec3::NEG_Z, middle - tip)
+    });
+}
+
+/// The middle of the urethra at a height as it lay at rest, mm; none past the ends of the lattice.
+fn middle_of_urethra(active: &ActiveExercise, z_mm: f64) -> Option<Vec3> {
+    let (first, last) = active.walls.heights_mm()?;
+    if !(first..=last).contains(&z_mm) {
+        return None;
+    }
+    let around: Option<Vec<_>> = [0.0, 3.0, 6.0, 9.0]
+        .into_iter()
+        .map(|hour| Some(active.walls.urethra_at(z_mm, hour)?.0))
+        .collect();
+    let sum: bevy::math::DVec2 = around?.into_iter().sum();
+    Some((sum / 4.0).extend(z_mm).as_vec3())
+}
+
+/// How a tip that points along `ahead` turns to point along `way`, by the larger of the two turns; none where it nearly does. The
+/// patient's anterior is -y, their left +x.
+fn turn_to(ahead: Vec3, way: Vec3) -> Option<&'static str> {
+    let slope = |way: Vec3| Vec2::new(way.x, way.y) / way.z;
+    let apart = slope(way) - slope(ahead);
+    let words = match apart.x.abs() > apart.y.abs() {
+        true if apart.x > 0.0 => "turn the tip right",
+        true => "turn the tip left",
+        false if apart.y > 0.0 => "lower the tip",
+        false => "raise the tip",
+    };
+    (apart.abs().max_element() > LEAST_DEG.to_radians().tan()).then_some(words)
 }
 
 /// How the tip turns to the side of the picture that sees most; none where none sees.
@@ -73,9 +114,10 @@ pub fn show(painter: &Painter, view: Rect, on: &OnTissue, opacity: f32) {
     if on.blind_s < PATIENCE_S {
         return;
     }
-    let words = match on.turn {
-        Some(turn) => format!("The lens lies on tissue: draw back, or {turn}"),
-        None => "The lens lies on tissue: draw back".to_owned(),
+    let words = match (on.turn, on.is_low) {
+        (Some(turn), true) => format!("The lens lies on tissue: {turn}"),
+        (Some(turn), false) => format!("The lens lies on tissue: draw back, or {turn}"),
+        (None, _) => "The lens lies on tissue: draw back".to_owned(),
     };
     let at = view.center_top() + bevy_egui::egui::vec2(0.0, HEIGHT * view.height());
     let colour = palette::TEXT.gamma_multiply(opacity);
@@ -112,5 +154,19 @@ mod tests {
             around: [0.9; 4],
         };
         assert_eq!(turn(&buried, 0.0), None);
+    }
+
+    #[test]
+    fn where_no_side_sees_the_tip_turns_to_the_urethra_ahead() {
+        let ahead = Vec3::new(0.0, -0.1, 1.0);
+        for (way, wanted) in [
+            (Vec3::new(0.0, 1.0, 8.0), Some("lower the tip")),
+            (Vec3::new(1.0, -3.0, 8.0), Some("raise the tip")),
+            (Vec3::new(-3.0, -1.0, 8.0), Some("turn the tip left")),
+            (Vec3::new(3.0, 1.0, 8.0), Some("turn the tip right")),
+            (Vec3::new(0.1, -0.7, 8.0), None),
+        ] {
+            assert_eq!(turn_to(ahead, way), wanted, "{way}");
+        }
     }
 }
