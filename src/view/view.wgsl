@@ -225,8 +225,10 @@ fn burn(skin: Skin, depth_mm: f32, fine: vec4<f32>) -> Skin {
     var burnt = skin;
     let heat = depth_mm + 0.6 * (fine.w - 0.5);
     let brown = smoothstep(0.55, 1.00, heat);
-    let char = smoothstep(1.05, 1.30, heat);
-    burnt.colour = mix(burnt.colour, vec3(0.170, 0.085, 0.035), 0.85 * brown);
+    let dried = smoothstep(0.15, 0.60, heat);
+    let char = smoothstep(1.22, 1.42, heat);
+    burnt.colour = mix(burnt.colour, vec3(0.420, 0.270, 0.130), 0.60 * dried);
+    burnt.colour = mix(burnt.colour, vec3(0.190, 0.105, 0.050), 0.85 * brown);
     burnt.colour = mix(burnt.colour, vec3(0.016, 0.013, 0.012), 0.92 * char);
     burnt.gloss *= 1.0 - 0.5 * brown - 0.3 * char;
     burnt.rise += fine.xyz * (0.5 * brown + 0.8 * char);
