@@ -37,9 +37,15 @@ struct Row {
     aim_mm: Option<f32>,
 }
 
-const ROWS: [Row; 11] = [
+const ROWS: [Row; 13] = [
     row("every model", |_| {}),
     row("without collapse", |loaded| loaded.exercise.models.collapse = None),
+    row("cut 0.7 mm fine", |loaded| {
+        loaded.exercise.models.detail = CutDetail::Field { spacing_mm: 0.7 };
+    }),
+    row("cut 1 mm fine", |loaded| {
+        loaded.exercise.models.detail = CutDetail::Field { spacing_mm: 1.0 };
+    }),
     row("cut by whole elements", |loaded| {
         loaded.exercise.models.detail = CutDetail::Elements;
     }),
