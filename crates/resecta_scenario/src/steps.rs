@@ -73,7 +73,7 @@ impl StepProgress {
         let before = self.before.replace(now).unwrap_or(now);
         let near_mm = step.near_marked_mm.unwrap_or(f64::INFINITY);
         self.away = (observed.marked_way).filter(|way| f64::from(way.length()) > near_mm);
-        if self.away.is_some() {
+        if self.away.is_some() || !step.until.counts(&now) {
             from.pass_over(&before, &now);
             self.held_s = 0.0;
             return;
@@ -369,6 +369,7 @@ mod tests {
         let at = |way_mm: f32, insertion_mm, coagulate| {
             let mut observed = with(InstrumentState {
                 insertion_mm,
+                stroke_mm: 5.0,
                 coagulate,
                 ..default()
             });
@@ -392,6 +393,10 @@ mod tests {
         assert!(run(&coagulate, held.iter().cloned()).done_at_s.is_empty());
         let held = held.into_iter().chain([at(5.0, 30.0, true)]);
         assert_eq!(run(&coagulate, held).done_at_s.len(), 1);
+        // A loop that is drawn in does not count, wherever it is.
+        let mut drawn_in = at(5.0, 30.0, true);
+        drawn_in.instrument.stroke_mm = 0.0;
+        assert!(run(&coagulate, vec![drawn_in; 9]).done_at_s.is_empty());
         // Nothing marked is left: nobody is led back to it.
         let mut none_left = at(20.0, 60.0, false);
         none_left.marked_way = None;

@@ -15,6 +15,9 @@ use crate::{
     sight::LandmarkObservation,
 };
 
+/// A loop that is less far out than this coagulates nothing for [`Trigger::Coagulated`], mm: our choice, more than its wire is thick.
+const COAGULATES_OUT_MM: f32 = 2.0;
+
 /// Something that the player does, or that comes of it. All numbers are above 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -89,7 +92,7 @@ pub enum Trigger {
         #[schemars(extend("exclusiveMinimum" = 0))]
         g: f64,
     },
-    /// The coagulating current flowed this long through a loop in contact with tissue, s.
+    /// The coagulating current flowed this long through a loop in contact with tissue and 2 mm out or more, s.
     Coagulated {
         /// s.
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -249,6 +252,11 @@ impl Trigger {
             Trigger::ViewClear { share, .. } => now.visibility >= share,
             _ => false,
         }
+    }
+
+    /// Whether what is done now may count: a loop that is drawn in coagulates nothing that anybody sees.
+    pub(crate) fn counts(&self, now: &Moment) -> bool {
+        !matches!(self, Trigger::Coagulated { .. }) || now.instrument.stroke_mm >= COAGULATES_OUT_MM
     }
 
     /// Moves the beginning of a way that is counted in one sense to where it would be longest.

@@ -8,12 +8,12 @@ use resecta_scenario::{EndReason, MetricId, Metrics, RunLog, StepProgress, Trace
 fn whoever_has_lost_the_marked_tissue_is_told_the_way_back() {
     let mut trial = Trial::new(());
     trial.start("tutorial").unwrap();
-    // The tip up, far into the bladder, rolled and back.
-    trial.steps_by(300, |step, hands| {
-        let time_s = step as f32 / 60.0;
-        hands.pitch_deg = -15.0 + 9.0 * time_s.min(1.0);
-        hands.insertion_mm = 4.0 + 86.0 * (time_s - 1.0).clamp(0.0, 1.0);
-        hands.roll_deg = 35.0 * (1.0 - (time_s - 3.0).abs()).max(0.0);
+    // Up the urethra, the tip up, far into the bladder, rolled and back.
+    trial.steps_by(360, |step, hands| {
+        let after = |begin_s: f32| (step as f32 / 60.0 - begin_s).clamp(0.0, 1.0);
+        hands.insertion_mm = 4.0 + 21.0 * after(0.0) + 65.0 * after(2.0);
+        hands.pitch_deg = -25.0 + 19.0 * after(1.0);
+        hands.roll_deg = 35.0 * (after(3.0) - after(4.0));
     });
     let progress = trial.app.world().resource::<StepProgress>();
     assert_eq!((progress.done_at_s.len(), progress.share), (4, 0.0));
