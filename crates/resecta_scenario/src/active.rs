@@ -49,7 +49,7 @@ pub struct ActiveExercise {
     pub marked: MarkedRegion,
     /// The tissue below the verumontanum, which nobody cuts.
     pub distal: MarkedRegion,
-    /// What each pentahedron had lost before the start, mm³ at rest; others nothing.
+    /// What each pentahedron had lost before the start of the run, mm³ at rest; others nothing.
     pub gone_mm3: BTreeMap<u32, f64>,
     /// Urethra and capsule at rest.
     pub walls: Walls,

@@ -2,17 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use bevy::math::DVec3;
+use bevy::{math::DVec3, prelude::*};
 use resecta_anatomy::Landmarks;
 use resecta_solver::LoopPose;
-use resecta_tissue::{LoopStroke, Tissue, Tool};
+use resecta_tissue::{LoopStroke, Tissue, TissueResected, Tool};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
+    active::ActiveExercise,
     errors::RuleError,
     exercise::{HeightRange, Models},
     rules::{Faults, of_height},
+    state::RunState,
     walls::Walls,
 };
 
@@ -61,6 +63,21 @@ pub struct Trench {
     /// Width at the wall, mm, 2 to 40.
     #[schemars(range(min = 2.0, max = 40.0))]
     pub width_mm: f64,
+}
+
+/// Counts what tears off during the briefing as gone before the start: nobody has touched it.
+pub(crate) fn tear_before(
+    mut active: ResMut<ActiveExercise>,
+    mut resections: MessageReader<TissueResected>,
+    state: Res<RunState>,
+) {
+    for resection in resections.read() {
+        if *state == RunState::Briefing && resection.tissue == active.tissue {
+            for &(pentahedron, volume_mm3) in &resection.taken_mm3 {
+                *active.gone_mm3.entry(pentahedron).or_default() += volume_mm3;
+            }
+        }
+    }
 }
 
 impl Begun {

@@ -13,6 +13,7 @@ use resecta_tissue::{TissueContact, TissueResected, TissueSystems, ToolPartKind}
 
 use crate::{
     active::ActiveExercise,
+    begun,
     clearance::{self, LoopClearance},
     confine,
     extension::{self, Extensions},
@@ -143,6 +144,7 @@ impl Plugin for ScenarioPlugin {
                     )
                         .chain()
                         .in_set(Observe),
+                    begun::tear_before.in_set(First),
                     clearance::measure.in_set(Observe).run_if(clearance::any_clearance),
                     measure.in_set(Measure),
                     // Who may read any component is in conflict with all who write one. Those that it reads are written in

@@ -1,7 +1,7 @@
 //! Exercises that begin with trenches in the gland.
 
 use resecta_fluid::{Turbidity, VesselState, Vessels};
-use resecta_scenario::{Begun, CutMap, HeightRange, LoadedExercise, Trench, testing::Trial};
+use resecta_scenario::{Begun, CutMap, HeightRange, LoadedExercise, RunState, Trench, testing::Trial};
 use resecta_tissue::{CutDetail, Tissue, TissueChip, TissueResected};
 
 const TRENCH: Trench = Trench {
@@ -71,6 +71,31 @@ fn what_is_gone_and_what_is_left_make_the_whole_gland_and_no_metric_counts_it() 
         assert!((trial.value("removed_g") - 1e-3 * torn_mm3).abs() < 1e-6);
         assert!(trial.value("marked_removed_share") < 0.01);
     }
+}
+
+#[test]
+fn what_tears_off_during_the_briefing_was_gone_before() {
+    let mut trial = Trial::new(());
+    trial.watch::<TissueResected>();
+    trial.start("haemostasis").unwrap();
+    let mut wait = |state: RunState, steps: u32| {
+        *trial.app.world_mut().resource_mut::<RunState>() = state;
+        trial.steps(steps);
+        let active = trial.active();
+        let tissue = trial.app.world().get::<Tissue>(active.tissue).unwrap().solver();
+        let map = CutMap::of_exercise(active, tissue, 2.0, 48);
+        let torn_mm3: f64 = trial.seen::<TissueResected>().iter().map(|torn| torn.volume_mm3).sum();
+        (torn_mm3, map.removed_mm3(), 1e3 * trial.value("removed_g"))
+    };
+    let (torn_mm3, on_map_mm3, _) = wait(RunState::Briefing, 120);
+    assert!(torn_mm3 > 0.0, "shreds of the trenches tear off");
+    assert!(on_map_mm3 < 1e-6, "{on_map_mm3} mm³ of {torn_mm3}");
+    // What goes from then on is told as much here as there.
+    let (_, on_map_mm3, counted_mm3) = wait(RunState::Running, 120);
+    assert!(
+        (on_map_mm3 - counted_mm3).abs() < 1e-3,
+        "{on_map_mm3} mm³, {counted_mm3}"
+    );
 }
 
 #[test]
