@@ -8,7 +8,7 @@ use bevy_egui::{
 };
 use resecta_fluid::{ClosedBy, VesselClosed, Vessels};
 use resecta_instrument::{InstrumentState, Resectoscope};
-use resecta_scenario::ActiveExercise;
+use resecta_scenario::{ActiveExercise, metrics::StepObservation};
 
 use super::{
     flow::GameFlow,
@@ -45,6 +45,8 @@ struct Closing {
     is_under_way: bool,
     /// For how long the current has met none while some bleed, s.
     in_vain_s: f32,
+    /// Whether the wire touches tissue.
+    touches: bool,
     /// The way from the wire to the nearest that bleeds, mm: right, up and back as the sheath is held; none where that is far.
     beside: Option<Vec3>,
 }
@@ -71,11 +73,13 @@ impl Closing {
         } else if self.in_vain_s > IN_VAIN_S {
             let where_one_is = self
                 .beside
-                .map_or(String::new(), |way| format!(": one is {}", whither(way)));
-            Some((
-                format!("No bleeding vessel under the loop{where_one_is}"),
-                palette::CAREFUL,
-            ))
+                .map_or(String::new(), |way| format!(": a vessel bleeds {}", whither(way)));
+            let trouble = if self.touches {
+                "No bleeding vessel under the loop"
+            } else {
+                "The loop touches no tissue"
+            };
+            Some((format!("{trouble}{where_one_is}"), palette::CAREFUL))
         } else {
             None
         }
@@ -87,6 +91,7 @@ fn notice(
     time: Res<Time>,
     instruments: Query<(&InstrumentState, &Resectoscope)>,
     lists: Query<&Vessels>,
+    step: Option<Res<StepObservation>>,
     mut closed: MessageReader<VesselClosed>,
     mut closing: ResMut<Closing>,
 ) {
@@ -115,6 +120,7 @@ fn notice(
         } else {
             0.0
         },
+        touches: step.is_some_and(|step| step.loop_in_tissue),
         beside: is_in_vain.then(|| beside(scope, state, vessels)).flatten(),
     };
     closing.set_if_neq(now);
@@ -169,12 +175,13 @@ mod tests {
         let press = move |mut states: Query<&mut InstrumentState>| states.get_mut(instrument).unwrap().coagulate = true;
         trial.app.add_systems(Update, press.before(notice));
         trial.steps(60);
-        assert!(words(&trial).is_some_and(|words| words.starts_with("No bleeding vessel under the loop")));
+        assert!(words(&trial).is_some_and(|words| words.starts_with("The loop touches no tissue")));
 
         let closing = |is_under_way, told_s, in_vain_s| Closing {
             told_s,
             is_under_way,
             in_vain_s,
+            touches: true,
             beside: None,
         };
         assert!(closing(true, 1.0, 0.0).words().unwrap().0.starts_with("Closing"));

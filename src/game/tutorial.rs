@@ -13,7 +13,7 @@ use super::{
     menu::{self, MenuSystems, UiZoom},
     palette,
     panel::PANEL_WIDTH,
-    way::whither,
+    way::{action, whither},
 };
 use crate::view::OutsideCamera;
 
@@ -111,8 +111,14 @@ fn show(
                 ui.set_width(width);
                 ui.label(RichText::new(count).size(13.0).strong().color(frame));
                 ui.label(RichText::new(&step.say).size(18.0).strong());
-                let actions = step.until.actions().iter().copied();
-                let actions: Vec<_> = actions.filter(|&action| !is_at_end(action, state)).collect();
+                let actions = match progress.away {
+                    Some(way) => vec![action(way)],
+                    None => step.until.actions().to_vec(),
+                };
+                let actions: Vec<_> = actions
+                    .into_iter()
+                    .filter(|&action| !is_at_end(action, state))
+                    .collect();
                 // Where many things can be done, the first key of each: the card is not to hide the view.
                 let most = if actions.len() > FEW { 1 } else { usize::MAX };
                 ui.horizontal_wrapped(|ui| {
@@ -141,10 +147,11 @@ fn show(
                 if !step.hint.is_empty() {
                     ui.label(RichText::new(&step.hint).color(palette::WEAK));
                 }
+                let fill = if progress.away.is_some() { palette::WEAK } else { frame };
                 ui.add(
                     egui::ProgressBar::new(progress.share as f32)
                         .desired_height(9.0)
-                        .fill(frame),
+                        .fill(fill),
                 );
             });
     });

@@ -152,12 +152,12 @@ impl fmt::Display for BoundInput {
             BoundInput::Button(button) => {
                 write!(formatter, "{} mouse button", words(&format!("{button:?}")))
             }
-            BoundInput::MouseUp => formatter.write_str("Mouse up"),
-            BoundInput::MouseDown => formatter.write_str("Mouse down"),
-            BoundInput::MouseLeft => formatter.write_str("Mouse left"),
-            BoundInput::MouseRight => formatter.write_str("Mouse right"),
-            BoundInput::WheelUp => formatter.write_str("Wheel up"),
-            BoundInput::WheelDown => formatter.write_str("Wheel down"),
+            BoundInput::MouseUp => formatter.write_str("Move mouse up"),
+            BoundInput::MouseDown => formatter.write_str("Move mouse down"),
+            BoundInput::MouseLeft => formatter.write_str("Move mouse left"),
+            BoundInput::MouseRight => formatter.write_str("Move mouse right"),
+            BoundInput::WheelUp => formatter.write_str("Turn wheel up"),
+            BoundInput::WheelDown => formatter.write_str("Turn wheel down"),
             BoundInput::PadButton(button) => formatter.write_str(&pad_button(button)),
             BoundInput::PadPositive(axis) => formatter.write_str(&stick(axis, ["right", "up"])),
             BoundInput::PadNegative(axis) => formatter.write_str(&stick(axis, ["left", "down"])),

@@ -35,6 +35,9 @@ pub fn show(
     ui.horizontal_top(|ui| {
         let shows_views = menu::part(ui, [width * 0.66, ui.available_height()], |ui| {
             lines(ui, card);
+            if let Some(note) = not_done(active, metrics) {
+                ui.label(RichText::new(note).size(14.0).color(palette::CAREFUL));
+            }
             if let Some(note) = left_open(card, metrics) {
                 ui.label(RichText::new(note).size(14.0).color(palette::CAREFUL));
             }
@@ -129,6 +132,14 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
         };
         ui.label(RichText::new(format!("{sign} {}", goal.goal)).color(colour));
     }
+}
+
+/// The first step that was not done, and how many there are.
+fn not_done(active: &ActiveExercise, metrics: &Metrics) -> Option<String> {
+    let steps = &active.exercise.steps;
+    let done = metrics.steps_done as usize;
+    let step = steps.get(done)?;
+    Some(format!("✖ Step {} of {}: {}", done + 1, steps.len(), step.say))
 }
 
 /// What was left to bleed where blood counts, and how much of it is still to come where that is scored: nobody sees it in the curve of
