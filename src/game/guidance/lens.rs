@@ -15,8 +15,7 @@ use crate::{
 const PATIENCE_S: f32 = 0.9;
 /// A side that is hidden by no more than this share is where to turn to.
 const SEES: f32 = 0.35;
-/// Where all sides are hidden the tip is turned to the middle of the urethra so far ahead, mm, as it lay at rest; not by less than this,
-/// degrees.
+/// The tip is turned to the middle of the urethra so far ahead, mm, as it lay at rest; not by less than this, degrees.
 const AHEAD_MM: f64 = 8.0;
 const LEAST_DEG: f32 = 4.0;
 /// Where the words stand, as a share of the view's height, and how large, points.
@@ -54,10 +53,12 @@ pub fn notice(
     }
     let tip = scope.tip(state);
     on.is_low = (active.case.landmarks.verumontanum).is_some_and(|place| f64::from(tip.z) < place.z);
-    on.turn = turn(veil, state.roll_deg).or_else(|| {
-        let middle = middle_of_urethra(active, f64::from(tip.z) + AHEAD_MM)?;
-        turn_to(scope.sheath_pose(state).rotation * Vec3::NEG_Z, middle - tip)
-    });
+    // A side that sees may be a fold: it is asked only where the urethra lies straight ahead, or there is none.
+    let ahead = scope.sheath_pose(state).rotation * Vec3::NEG_Z;
+    let middle = middle_of_urethra(active, f64::from(tip.z) + AHEAD_MM);
+    on.turn = middle
+        .and_then(|middle| turn_to(ahead, middle - tip))
+        .or_else(|| turn(veil, state.roll_deg));
 }
 
 /// The middle of the urethra at a height as it lay at rest, mm; none past the ends of the lattice.
@@ -157,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn where_no_side_sees_the_tip_turns_to_the_urethra_ahead() {
+    fn the_tip_turns_to_the_urethra_ahead() {
         let ahead = Vec3::new(0.0, -0.1, 1.0);
         for (way, wanted) in [
             (Vec3::new(0.0, 1.0, 8.0), Some("lower the tip")),

@@ -165,7 +165,7 @@ fn show(
             agreement(ui, replay.as_deref(), &clock);
         });
     });
-    caption(&ui, area, &shown, !ghosts.is_empty());
+    caption(&ui, area, &shown, !ghosts.is_empty(), clock.is_far());
     if let Some(state) = active.and_then(|active| instruments.get(active.instrument).ok()) {
         let at = area.left_bottom() + egui::vec2(14.0, -HEIGHT - 8.0);
         shadowed(
@@ -273,7 +273,7 @@ fn hands(state: &InstrumentState) -> String {
 }
 
 /// Whose run it is, over the views.
-fn caption(ui: &Ui, area: egui::Rect, shown: &Shown, has_ghost: bool) {
+fn caption(ui: &Ui, area: egui::Rect, shown: &Shown, has_ghost: bool, is_far: bool) {
     let who = match &shown.record.hands {
         Hands::Person { trainee, .. } => trainee.clone(),
         Hands::Player(name) => format!("scripted player: {name}"),
@@ -295,7 +295,11 @@ fn caption(ui: &Ui, area: egui::Rect, shown: &Shown, has_ghost: bool) {
     if has_ghost {
         text(53.0, "green, seen through: the ghost".into(), 14.0, palette::GOOD);
     }
-    let help = "drag: turn   right button: aside   wheel: nearer   Esc: close";
+    let help = if is_far {
+        ""
+    } else {
+        "Home, End: to the start, the end   drag: turn   right button: aside   wheel: nearer   Esc: close"
+    };
     let at = egui::pos2(area.right() - 14.0, area.bottom() - HEIGHT - 8.0);
     (ui.painter()).text(
         at,

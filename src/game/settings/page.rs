@@ -10,7 +10,7 @@ use resecta_instrument::{Handedness, InstrumentBindings, InvertedAxes, LiveFeel,
 use super::{KeptSettings, SettingsPage, SoundSettings, table};
 use crate::game::{
     flow::GameFlow,
-    palette::{BAD, CAREFUL},
+    palette::{self, BAD, CAREFUL},
     sound::SoundOutput,
 };
 
@@ -151,7 +151,11 @@ fn slider(ui: &mut Ui, name: &str, value: &mut f32, [min, max]: [f32; 2], logari
         .logarithmic(logarithmic)
         .max_decimals(2)
         .show_value(false);
-    ui.add(slider);
+    let response = ui.add(slider);
+    if response.has_focus() {
+        let stroke = egui::Stroke::new(2.0, palette::FOCUS);
+        (ui.painter()).rect_stroke(response.rect.expand(3.0), 4.0, stroke, egui::StrokeKind::Outside);
+    }
     ui.label(format!("{value:.2}"));
     ui.label(name);
 }
