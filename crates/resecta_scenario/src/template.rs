@@ -106,7 +106,7 @@ const TEMPLATE: &str = r#"// An exercise of Resecta. Look for slips:  resecta va
     alpha_deg: 10,
 
     // Where the sheath begins; without this line beside the verumontanum.
-    instrument: (start: (insertion_mm: 4, pitch_deg: -15)),
+    instrument: (start: (insertion_mm: 4, pitch_deg: -25)),
 
     // What the exercise is about: zones (LateralLobe, MiddleLobe, Peripheral, Other), hours on the clock as seen through the lens (12
     // is up), heights and depths in mm.
