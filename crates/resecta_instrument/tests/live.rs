@@ -136,7 +136,7 @@ fn the_help_follows_the_table() {
         InstrumentAction::ALL.map(InstrumentAction::label),
         "every action is bound and explained"
     );
-    assert_eq!(bindings.help()[0].1, "W or Wheel up");
+    assert_eq!(bindings.help()[0].1, "W or Turn wheel up");
     bindings.rows[0].inputs = vec![
         BoundInput::Key(KeyCode::PageUp),
         BoundInput::Button(MouseButton::Middle),
