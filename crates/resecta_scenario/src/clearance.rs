@@ -120,6 +120,8 @@ mod tests {
         .insert_resource(TimeUpdateStrategy::FixedTimesteps(1));
         let mut loaded = Library::new(Path::new("../../assets")).load("first_cuts").unwrap();
         loaded.exercise.alpha_deg = 20.0;
+        // In the middle of the urethra, where the sheath pushes no capsule.
+        loaded.exercise.instrument.start.as_mut().unwrap().pitch_deg = -15.0;
         let active = spawn_exercise(app.world_mut(), loaded.prepare().unwrap());
         app.update();
         app.update();

@@ -144,7 +144,7 @@ impl Plugin for ScenarioPlugin {
                     )
                         .chain()
                         .in_set(Observe),
-                    begun::tear_before.in_set(First),
+                    begun::tear_before.in_set(First).after(water::follow_taps),
                     clearance::measure.in_set(Observe).run_if(clearance::any_clearance),
                     measure.in_set(Measure),
                     // Who may read any component is in conflict with all who write one. Those that it reads are written in
