@@ -53,13 +53,7 @@ struct Closing {
 
 /// The way from the wire to the nearest vessel that bleeds, in the sheath's frame, mm; none where none is within [`BESIDE_MM`].
 fn beside(scope: &Resectoscope, state: &InstrumentState, vessels: &Vessels) -> Option<Vec3> {
-    let from_sheath = scope.sheath_pose(state).inverse();
-    let wire = scope.geometry.loop_wire(state.stroke_mm);
-    let ways = vessels.open().flat_map(|vessel| {
-        let place = from_sheath * vessel.place;
-        wire.iter().map(move |point| place - *point).collect::<Vec<_>>()
-    });
-    let nearest = ways.min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
+    let nearest = scope.way_from_wire(state, vessels.open().map(|vessel| vessel.place))?;
     (nearest.length() <= BESIDE_MM).then_some(nearest)
 }
 

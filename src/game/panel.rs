@@ -157,6 +157,11 @@ fn score(ui: &mut Ui, card: &ScoreCard) {
     }
 }
 
+/// Whether it is told what was removed: what a sheath tears off where nothing is to be cut is no news.
+pub fn tells_removed(exercise: &Exercise, metrics: &Metrics) -> bool {
+    exercise.asks_for_tissue() || metrics.value(MetricId::Strokes) > 0.0
+}
+
 fn measured(ui: &mut Ui, metrics: &Metrics, exercise: &Exercise) {
     let value = |metric| metrics.value(metric);
     let plain = palette::TEXT;
@@ -174,8 +179,7 @@ fn measured(ui: &mut Ui, metrics: &Metrics, exercise: &Exercise) {
         ),
         ("Cuts", format!("{strokes:.0}"), plain),
     ];
-    // What a sheath tears off where nothing is to be cut is no news.
-    let is_news = exercise.asks_for_tissue() || strokes > 0.0;
+    let is_news = tells_removed(exercise, metrics);
     let rest = [
         ("Capsule touched", format!("{touches:.0}"), harm(touches)),
         ("Sphincter injured", format!("{injuries:.0}"), harm(injuries)),

@@ -131,6 +131,18 @@ impl Resectoscope {
         }
     }
 
+    /// The way from the loop's wire to the nearest of some places (mm), mm: right, up and back as the sheath is held. None without
+    /// places.
+    pub fn way_from_wire(&self, state: &InstrumentState, places: impl Iterator<Item = Vec3>) -> Option<Vec3> {
+        let from_sheath = self.sheath_pose(state).inverse();
+        let wire = &self.geometry.loop_wire(state.stroke_mm);
+        let ways = places.flat_map(|place| {
+            let place = from_sheath * place;
+            wire.iter().map(move |point| place - *point)
+        });
+        ways.min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
+    }
+
     /// The lens's pose as a Bevy camera's: translation to the lens, `-Z` the direction of view (inclined towards the loop),
     /// `+Y` the top of the picture.
     pub fn lens_pose(&self, state: &InstrumentState) -> Isometry3d {
@@ -171,5 +183,24 @@ mod tests {
         assert!(at(0.0, 10.0) && at(37.0, 10.0) && at(37.0, 44.0));
         assert!(!at(38.0, 10.0) && !at(180.0, 10.0) && !at(0.0, 0.0));
         assert!(!scope.has_in_field(&state, Vec3::NAN));
+    }
+
+    #[test]
+    fn the_way_from_the_wire_is_that_to_the_nearest_place_as_the_sheath_is_held() {
+        let scope = Resectoscope::new(Vec3::ZERO, Vec3::Z, Vec3::NEG_Y).expect("a direction and another across it");
+        let state = InstrumentState {
+            insertion_mm: 30.0,
+            pitch_deg: -12.0,
+            roll_deg: 40.0,
+            stroke_mm: 10.0,
+            ..default()
+        };
+        let wire = scope.geometry.loop_wire(state.stroke_mm);
+        // Below its deepest point nothing of the wire is nearer.
+        let deepest = wire[wire.len() / 2];
+        let [near, far] = [-2.0, -9.0].map(|up| scope.sheath_pose(&state) * (deepest + Vec3::Y * up));
+        let way = scope.way_from_wire(&state, [far, near].into_iter()).unwrap();
+        assert!(way.abs_diff_eq(Vec3::Y * -2.0, 1e-4), "{way}");
+        assert_eq!(scope.way_from_wire(&state, std::iter::empty()), None);
     }
 }

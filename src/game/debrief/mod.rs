@@ -22,7 +22,7 @@ use super::{
     menu::{self, MenuFocus, MenuSystems},
     moments::Moments,
     palette,
-    panel::clock,
+    panel::{clock, tells_removed},
 };
 use crate::page;
 
@@ -209,8 +209,7 @@ fn header(ui: &mut Ui, active: &ActiveExercise, reason: EndReason, card: &ScoreC
             ui.label(RichText::new(&active.exercise.title).size(15.0).color(palette::WEAK));
             ui.label(RichText::new(headline).size(28.0).strong().color(colour));
             let (time, strokes) = (clock(metrics.elapsed_s()), metrics.value(MetricId::Strokes));
-            // A sheath that tears a shred off where nothing is to be cut is no news.
-            ui.label(if active.exercise.asks_for_tissue() || strokes > 0.0 {
+            ui.label(if tells_removed(&active.exercise, metrics) {
                 let removed = metrics.value(MetricId::RemovedMass);
                 let cuts = if strokes == 1.0 { "cut" } else { "cuts" };
                 format!("{removed:.2} g removed in {time}, {strokes:.0} {cuts}")
