@@ -71,6 +71,10 @@ impl ResectoscopeGeometry {
     /// it, so it is short.
     pub const BEAK_MM: f32 = 2.7;
 
+    /// A loop that is out no further than this is drawn in: its wire lies at the sheath's rim and its current meets no tissue, mm.
+    /// Ours: what the deepest point of the loop reaches beyond the sheath.
+    pub const DRAWN_IN_MM: f32 = 0.5;
+
     /// Whether the sheath or its beak hides a point from the lens; the way from the lens to it in the frame of the instrument.
     pub(crate) fn hides(&self, way: Vec3) -> bool {
         let (radius, lens) = (self.sheath_diameter_mm / 2.0, Vec3::Y * self.telescope_offset_mm);

@@ -43,12 +43,44 @@ impl ResectoscopeGeometry {
 impl Resectoscope {
     /// Puts the tool where the state says for the coming step. Where the step starts from is the tissue's to keep.
     ///
-    /// Of two pedals at once cutting wins: a generator delivers one current, and its yellow pedal goes before the blue.
+    /// Of two pedals at once cutting wins: a generator delivers one current, and its yellow pedal goes before the blue. A loop that
+    /// is drawn in delivers none, but a step that draws it in cuts to its end: that sets a chip free at the sheath's rim.
     pub fn write_tool(&self, state: &InstrumentState, tool: &mut TissueTool) {
+        let cutter = self.geometry.cutter(state.stroke_mm);
+        let is_out = |cutter: &LoopCutter| -cutter.centre.z > ResectoscopeGeometry::DRAWN_IN_MM;
+        let delivers = is_out(&cutter) || tool.cutter.as_ref().is_some_and(is_out);
         tool.parts = self.geometry.tool_parts(state.stroke_mm);
-        tool.cutter = Some(self.geometry.cutter(state.stroke_mm));
+        tool.cutter = Some(cutter);
         tool.pose = self.sheath_pose(state);
-        tool.cutting = state.cut;
-        tool.coagulating = state.coagulate && !state.cut;
+        tool.cutting = state.cut && delivers;
+        tool.coagulating = state.coagulate && !state.cut && delivers;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_loop_that_is_drawn_in_delivers_no_current_and_the_step_that_draws_it_in_does() {
+        let scope = Resectoscope::new(Vec3::ZERO, Vec3::Z, Vec3::NEG_Y).unwrap();
+        let mut tool = TissueTool::default();
+        let mut cuts = |stroke_mm, cut, coagulate| {
+            let state = InstrumentState {
+                stroke_mm,
+                cut,
+                coagulate,
+                ..default()
+            };
+            scope.write_tool(&state, &mut tool);
+            (tool.cutting, tool.coagulating)
+        };
+        assert_eq!(cuts(0.0, true, false), (false, false));
+        assert_eq!(cuts(10.0, true, true), (true, false));
+        assert_eq!(cuts(0.6, true, false), (true, false));
+        assert_eq!(cuts(0.2, true, false), (true, false));
+        assert_eq!(cuts(0.0, true, false), (false, false));
+        assert_eq!(cuts(0.0, false, true), (false, false));
+        assert_eq!(cuts(5.0, false, true), (false, true));
     }
 }
