@@ -18,8 +18,8 @@ pub struct LoopClearance {
     pub capsule_mm: Option<f32>,
     /// The point of the capsule that is nearest, mm.
     pub nearest: Option<Vec3>,
-    /// How far the lowest point of the wire is above the external sphincter, mm along the axis of the case; negative below
-    /// it. None where the case has none.
+    /// How far the lowest point of the wire is above the external sphincter, mm along the axis of the case, as the tissue about the
+    /// wire lay at rest: whoever draws or pushes tissue along cuts what lay elsewhere. Negative below it. None where the case has none.
     pub sphincter_mm: Option<f32>,
 }
 
@@ -43,7 +43,8 @@ pub(crate) fn measure(
     let wire: Vec<Vec3> = wire.into_iter().map(|point| sheath * point).collect();
     let radius = scope.geometry.wire_diameter_mm / 2.0;
     let mut answer = LoopClearance::default();
-    if let Ok(tissue) = tissues.get(active.tissue) {
+    let tissue = tissues.get(active.tissue).ok();
+    if let Some(tissue) = tissue {
         let of_tissue = |(entity, _): &(Entity, Capsule)| *entity == active.tissue;
         if !capsule.as_ref().is_some_and(of_tissue) {
             *capsule = Some((active.tissue, Capsule::of(tissue.solver())));
@@ -60,10 +61,27 @@ pub(crate) fn measure(
         answer.nearest = found.map(|found| found.on_capsule);
     }
     answer.sphincter_mm = active.case.landmarks.external_sphincter.map(|place| {
-        let lowest = wire.iter().map(|point| point.z).fold(f32::INFINITY, f32::min);
-        lowest - radius - place.z as f32
+        let shift = |point: &Vec3| tissue.map_or(0.0, |tissue| drawn_along(tissue.solver(), *point));
+        let at_rest = wire.iter().map(|point| point.z - shift(point));
+        at_rest.fold(f32::INFINITY, f32::min) - radius - place.z as f32
     });
     clearance.set_if_neq(answer);
+}
+
+/// Tissue whose nearest node is nearer than the first distance counts wholly, and less and less up to the second, mm: nodes lie some
+/// 2 mm apart, and what is far off says nothing of what the wire meets.
+const ABOUT_MM: [f32; 2] = [3.0, 10.0];
+
+/// How far the tissue about a point has been pushed upwards along the axis, mm.
+fn drawn_along(tissue: &resecta_solver::Tissue, point: Vec3) -> f32 {
+    let nodes = (0..tissue.node_count() as u32).filter(|&node| tissue.is_node_alive(node));
+    let far = nodes.map(|node| (node, tissue.position(node).distance_squared(point)));
+    let Some((node, far)) = far.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return 0.0;
+    };
+    let [wholly, at_most] = ABOUT_MM;
+    let share = ((at_most - far.sqrt()) / (at_most - wholly)).clamp(0.0, 1.0);
+    share * (tissue.position(node).z - tissue.rest_position(node).z)
 }
 
 /// How far the capsule may have been pushed from where it lay at rest, mm.
@@ -108,6 +126,22 @@ mod tests {
     }
 
     #[test]
+    fn what_is_about_the_wire_is_told_by_where_it_lay_at_rest() {
+        let prepared = Library::new(Path::new("../../assets")).load("first_cuts").unwrap();
+        let mut prepared = prepared.prepare().unwrap();
+        let tissue = prepared.tissue.solver_mut();
+        let about = tissue.position(0);
+        let pushed = Vec3::new(0.5, 0.0, 3.0);
+        for node in 0..tissue.node_count() as u32 {
+            let place = tissue.position(node) + pushed;
+            tissue.set_position(node, place).unwrap();
+        }
+        assert!((drawn_along(tissue, about + pushed) - 3.0).abs() < 1e-4);
+        let outside = -40.0 * Vec3::Y;
+        assert!(drawn_along(tissue, about + outside).abs() < 1e-6);
+    }
+
+    #[test]
     fn it_is_answered_in_play_where_it_is_asked_for() {
         let mut app = App::new();
         app.add_plugins((
@@ -143,7 +177,9 @@ mod tests {
             .collect();
         let lowest = wire.iter().map(|point| point.z).fold(f32::INFINITY, f32::min);
         let sphincter = active.case.landmarks.external_sphincter.unwrap().z as f32;
-        assert_eq!(found.sphincter_mm, Some(lowest - radius - sphincter));
+        // Next to nothing has been drawn along yet.
+        let above = found.sphincter_mm.unwrap() - (lowest - radius - sphincter);
+        assert!(above.abs() < 0.5, "{above}");
         // Nothing has moved the capsule by more than a fraction of a millimetre yet, and the nearest place of it is no
         // further than the nearest at the height of a point of the wire.
         let across = (wire.iter().map(|point| active.walls.capsule_mm(point.as_dvec3()))).fold(f64::INFINITY, f64::min);

@@ -44,6 +44,15 @@ impl Sight<'_, '_> {
             && (self.first_hit_mm(eye, way)).is_none_or(|hit| hit > far - UNDER_MM)
     }
 
+    /// How far the lens sees in the middle of its picture, mm, [`FAR_MM`] at most. None without an instrument that looks.
+    pub fn ahead_mm(&mut self) -> Option<f32> {
+        let active = self.active.as_ref()?;
+        let (state, scope) = self.instruments.get(active.instrument).ok()?;
+        let lens = scope.lens_pose(state);
+        let hit = self.first_hit_mm(lens.translation.into(), lens.rotation * Vec3::NEG_Z);
+        Some(hit.unwrap_or(FAR_MM).min(FAR_MM))
+    }
+
     /// How far from a place a ray first meets the exercise's tissue, mm.
     pub fn first_hit_mm(&mut self, from: Vec3, direction: Vec3) -> Option<f32> {
         let tissue = self.active.as_ref()?.tissue;
@@ -57,6 +66,17 @@ impl Sight<'_, '_> {
         let murk = self.turbidity.as_ref();
         clear * murk.map_or(1.0, |turbidity| turbidity.visibility_at(distance_mm.into()))
     }
+}
+
+/// Measures how far the lens sees for a step that asks for it; nothing is done in one that does not.
+pub(crate) fn observe_ahead(progress: Res<StepProgress>, mut sight: Sight, mut step: ResMut<StepObservation>) {
+    let is_asked = sight.active.as_ref().is_some_and(|active| {
+        let present = progress
+            .current(&active.exercise)
+            .map(|index| &active.exercise.steps[index]);
+        present.is_some_and(|present| present.seeing_mm.is_some())
+    });
+    step.ahead_mm = is_asked.then(|| sight.ahead_mm()).flatten().map(f64::from);
 }
 
 /// How a landmark that the present step is about stands to the instrument.

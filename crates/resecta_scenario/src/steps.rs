@@ -3,7 +3,8 @@
 //! Steps are taken in order, one at a time. Everything that a trigger asks for is counted from the moment its step began, so
 //! that nothing done before is given away; heights of the loop and contents of the bladder are what they are. A way, and what is to
 //! enter or leave the bladder, is counted from where the step began or, for whoever went too far before and comes back first, from the
-//! furthest back since.
+//! furthest back since. Where the roll or the loop is to be somewhere, the hands have to come to rest there: whoever passes by, on the
+//! way back too far, say, has not done it.
 
 use bevy::prelude::*;
 use schemars::JsonSchema;
@@ -15,11 +16,15 @@ use crate::{
     metrics::{Metrics, StepObservation},
     reach,
     rules::Faults,
+    sight::FAR_MM,
     trigger::{Moment, Trigger},
 };
 
 /// The least that [`Step::near_marked_mm`] may be: a wire that lies on a pentahedron is up to about so far from its middle.
 const LEAST_NEAR_MM: f64 = 5.0;
+
+/// For how long hands rest where they are to be before a step is done, s: our choice, long enough for who passes by.
+const REST_S: f64 = 0.2;
 
 /// One step of an exercise.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -37,6 +42,12 @@ pub struct Step {
     #[serde(default)]
     #[schemars(extend("minimum" = LEAST_NEAR_MM))]
     pub near_marked_mm: Option<f64>,
+    /// What is done counts only while the lens sees so far in the middle of its picture, mm, above 0 and at most 45: whoever works
+    /// blind is told so. 3 is less than what a lens sees in a urethra that lies open before it, 4 to 10, and more than one that lies on
+    /// tissue does, 2 at most.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = FAR_MM))]
+    pub seeing_mm: Option<f64>,
 }
 
 /// How far the steps of the exercise in play have come. Empty for an exercise without steps.
@@ -49,11 +60,15 @@ pub struct StepProgress {
     /// The way to the marked tissue, as of [`StepObservation::marked_way`], for whoever is too far from it for what they do to
     /// count; none for all others.
     pub away: Option<Vec3>,
+    /// Whether the lens sees less far than the step asks for, so that nothing counts.
+    pub is_blind: bool,
     from: Option<Moment>,
     /// What was so in the fixed step before.
     before: Option<Moment>,
     /// For how long what the step asks for has been so, s.
     held_s: f64,
+    /// For how long the hands have rested where it asks for that, s.
+    rest_s: f64,
 }
 
 impl StepProgress {
@@ -73,9 +88,10 @@ impl StepProgress {
         let before = self.before.replace(now).unwrap_or(now);
         let near_mm = step.near_marked_mm.unwrap_or(f64::INFINITY);
         self.away = (observed.marked_way).filter(|way| f64::from(way.length()) > near_mm);
-        if self.away.is_some() || !step.until.counts(&now) {
+        self.is_blind = (step.seeing_mm.zip(observed.ahead_mm)).is_some_and(|(least_mm, mm)| mm < least_mm);
+        if self.away.is_some() || self.is_blind || !step.until.counts(&now) {
             from.pass_over(&before, &now);
-            self.held_s = 0.0;
+            (self.held_s, self.rest_s) = (0.0, 0.0);
             return;
         }
         step.until.begin_further_back(from, &now);
@@ -86,10 +102,16 @@ impl StepProgress {
             0.0
         };
         self.share = step.until.share(&from, &now, self.held_s);
-        if self.share >= 1.0 {
+        let (resting, is_there) = (step.until.rests(), self.share >= 1.0);
+        self.rest_s = if is_there && now.rests(&before, resting, observed.step_s) {
+            self.rest_s + observed.step_s
+        } else {
+            0.0
+        };
+        if is_there && (resting.is_empty() || self.rest_s >= REST_S) {
             self.done_at_s.push(metrics.elapsed_s());
             self.from = Some(now);
-            (self.share, self.held_s) = (0.0, 0.0);
+            (self.share, self.held_s, self.rest_s) = (0.0, 0.0, 0.0);
         }
     }
 }
@@ -102,6 +124,12 @@ pub(crate) fn check(exercise: &Exercise, faults: &mut Faults) {
             RuleError::new(format!("{field}.say"), "empty", "some text")
         });
         faults.note(step.until.check(&format!("{field}.until"), exercise));
+        if let Some(seeing_mm) = step.seeing_mm {
+            faults.require(seeing_mm > 0.0 && seeing_mm <= f64::from(FAR_MM), || {
+                let expected = format!("a number of mm above 0, {FAR_MM} at most: the light reaches no further");
+                RuleError::new(format!("{field}.seeing_mm"), seeing_mm, expected)
+            });
+        }
         if let Some(near_mm) = step.near_marked_mm {
             faults.require(near_mm >= LEAST_NEAR_MM && near_mm.is_finite(), || {
                 let expected = format!("a finite number of mm, {LEAST_NEAR_MM} or more");
@@ -125,6 +153,7 @@ mod tests {
             hint: String::new(),
             until,
             near_marked_mm: None,
+            seeing_mm: None,
         }
     }
 
@@ -195,7 +224,32 @@ mod tests {
         let rolled = |roll_deg| with(InstrumentState { roll_deg, ..default() });
         let progress = run(&steps, [rolled(-30.0), rolled(17.5)]);
         assert!((progress.share - 0.5).abs() < 1e-6, "{progress:?}");
-        assert_eq!(run(&steps, [rolled(-30.0), rolled(5.0)]).done_at_s.len(), 1);
+        let rests_at = |deg| [rolled(-30.0), rolled(deg), rolled(deg), rolled(deg)];
+        assert_eq!(run(&steps, rests_at(5.0)).done_at_s.len(), 1);
+        assert!(run(&steps, rests_at(6.0)).done_at_s.is_empty());
+    }
+
+    #[test]
+    fn whoever_passes_by_has_not_done_it_and_whoever_comes_to_rest_has() {
+        let loop_at = |stroke_mm, insertion_mm| {
+            with(InstrumentState {
+                stroke_mm,
+                insertion_mm,
+                ..default()
+            })
+        };
+        let out = [step(Trigger::LoopOut { mm: 15.0 })];
+        let done = |observed: &[StepObservation]| run(&out, observed.iter().cloned()).done_at_s.len();
+        let passes = [5.0, 12.0, 19.0, 22.0].map(|mm| loop_at(mm, 40.0));
+        assert_eq!(done(&passes), 0);
+        // Out, but the sheath is still drawn back.
+        let drawn = [40.0, 38.0, 36.0, 34.0].map(|mm| loop_at(20.0, mm));
+        assert_eq!(done(&drawn), 0);
+        let rests = [19.0, 20.0, 20.0, 20.1].map(|mm| loop_at(mm, 40.0));
+        assert_eq!(done(&rests[..3]), 0);
+        assert_eq!(done(&rests), 1);
+        let swings = [-30.0, -4.0, 8.0, 4.0, -2.0].map(|roll_deg| with(InstrumentState { roll_deg, ..default() }));
+        assert_eq!(run(&[step(Trigger::Upright { deg: 5.0 })], swings).done_at_s.len(), 0);
     }
 
     #[test]
@@ -265,7 +319,12 @@ mod tests {
             let steps = [step(trigger)];
             let progress = run(&steps, [begin.clone(), short.clone()]);
             assert!(progress.done_at_s.is_empty() && progress.share < 1.0, "{trigger:?}");
-            let progress = run(&steps, [begin.clone(), short, enough]);
+            let mut observed = vec![begin.clone(), short, enough.clone()];
+            if !trigger.rests().is_empty() {
+                // And stays there.
+                observed.extend([enough.clone(), enough]);
+            }
+            let progress = run(&steps, observed);
             assert_eq!(progress.done_at_s.len(), 1, "{trigger:?}");
         }
     }
@@ -316,6 +375,39 @@ mod tests {
         let waited = [step(Trigger::Waited { s: 0.25 })];
         assert!(run(&waited, vec![bad.clone(); 3]).done_at_s.is_empty());
         assert_eq!(run(&waited, vec![bad; 4]).done_at_s.len(), 1);
+    }
+
+    #[test]
+    fn what_is_done_blind_does_not_count_but_the_way_that_was_gone_does() {
+        let seeing = |until| Step {
+            seeing_mm: Some(6.0),
+            ..step(until)
+        };
+        let at = |insertion_mm, ahead_mm: f64| StepObservation {
+            ahead_mm: Some(ahead_mm),
+            ..with(InstrumentState {
+                insertion_mm,
+                ..default()
+            })
+        };
+        let advance = [seeing(Trigger::Advanced { mm: 10.0 })];
+        let progress = run(&advance, [at(20.0, 9.0), at(31.0, 1.0)]);
+        assert!(progress.done_at_s.is_empty() && progress.is_blind);
+        let progress = run(&advance, [at(20.0, 9.0), at(31.0, 1.0), at(31.0, 7.0)]);
+        assert!(progress.done_at_s.len() == 1 && !progress.is_blind);
+        let burn = |ahead_mm| StepObservation {
+            loop_in_tissue: true,
+            ahead_mm: Some(ahead_mm),
+            ..with(InstrumentState {
+                stroke_mm: 5.0,
+                coagulate: true,
+                ..default()
+            })
+        };
+        let burning = [seeing(Trigger::Coagulated { s: 0.1 })];
+        let done = |observed: &[StepObservation]| run(&burning, observed.iter().cloned()).done_at_s.len();
+        assert_eq!(done(&[at(20.0, 9.0), burn(2.0), at(20.0, 9.0)]), 0);
+        assert_eq!(done(&[at(20.0, 9.0), burn(9.0)]), 1);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! Most triggers count from the moment their step began. Those with a time hold only while what they ask for is so, without a break.
 
 use resecta_anatomy::{Landmark, Zone};
-use resecta_instrument::{InstrumentAction, InstrumentState};
+use resecta_instrument::{InstrumentAction, InstrumentField, InstrumentState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -17,6 +17,9 @@ use crate::{
 
 /// A loop that is less far out than this coagulates nothing for [`Trigger::Coagulated`], mm: our choice, more than its wire is thick.
 const COAGULATES_OUT_MM: f32 = 2.0;
+
+/// A part of the instrument that moves no faster than this rests, mm/s or degrees/s: our choice, a tenth of what held keys move it.
+const TREMOR_PER_S: f64 = 2.0;
 
 /// Something that the player does, or that comes of it. All numbers are above 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -68,19 +71,19 @@ pub enum Trigger {
         #[schemars(extend("exclusiveMinimum" = 0))]
         deg: f64,
     },
-    /// The instrument is rolled by at most this much from upright, either way, degrees.
+    /// The instrument has come to rest rolled by at most this much from upright, either way, degrees.
     Upright {
         /// Degrees.
         #[schemars(extend("exclusiveMinimum" = 0))]
         deg: f64,
     },
-    /// The loop is at least this far out, mm.
+    /// The loop has come to rest at least this far out, and the sheath with it, mm.
     LoopOut {
         /// mm.
         #[schemars(extend("exclusiveMinimum" = 0))]
         mm: f64,
     },
-    /// The loop is at most this far out, mm.
+    /// The loop has come to rest at most this far out, mm.
     LoopIn {
         /// mm.
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -254,6 +257,17 @@ impl Trigger {
         }
     }
 
+    /// The parts of the instrument that have to rest where the trigger wants them: what is only passed by is not reached. None for
+    /// triggers that ask for something done.
+    pub(crate) fn rests(&self) -> &'static [InstrumentField] {
+        match self {
+            Trigger::Upright { .. } => &[InstrumentField::Roll],
+            Trigger::LoopOut { .. } => &[InstrumentField::Stroke, InstrumentField::Insertion],
+            Trigger::LoopIn { .. } => &[InstrumentField::Stroke],
+            _ => &[],
+        }
+    }
+
     /// Whether what is done now may count: a loop that is drawn in coagulates nothing that anybody sees.
     pub(crate) fn counts(&self, now: &Moment) -> bool {
         !matches!(self, Trigger::Coagulated { .. }) || now.instrument.stroke_mm >= COAGULATES_OUT_MM
@@ -376,6 +390,12 @@ pub(crate) struct Moment {
 }
 
 impl Moment {
+    /// Whether parts of the instrument rest: none has moved since `before`, `step_s` ago, but for a tremor.
+    pub fn rests(&self, before: &Self, fields: &[InstrumentField], step_s: f64) -> bool {
+        let moved = |field: &InstrumentField| (self.instrument.get(*field) - before.instrument.get(*field)).abs();
+        (fields.iter()).all(|field| f64::from(moved(field)) <= TREMOR_PER_S * step_s)
+    }
+
     /// Counts nothing of what was done since `before`: sums that a beginning is subtracted from begin so much higher.
     pub fn pass_over(&mut self, before: &Self, now: &Self) {
         self.time_s += now.time_s - before.time_s;

@@ -8,12 +8,12 @@ use resecta_scenario::{EndReason, MetricId, Metrics, RunLog, StepProgress, Trace
 fn whoever_has_lost_the_marked_tissue_is_told_the_way_back() {
     let mut trial = Trial::new(());
     trial.start("tutorial").unwrap();
-    // Up the urethra, the tip up, far into the bladder, rolled and back.
-    trial.steps_by(360, |step, hands| {
+    // Up the urethra, the tip up, rolled and back, far into the bladder.
+    trial.steps_by(420, |step, hands| {
         let after = |begin_s: f32| (step as f32 / 60.0 - begin_s).clamp(0.0, 1.0);
-        hands.insertion_mm = 4.0 + 21.0 * after(0.0) + 65.0 * after(2.0);
-        hands.pitch_deg = -25.0 + 19.0 * after(1.0);
-        hands.roll_deg = 35.0 * (after(3.0) - after(4.0));
+        hands.insertion_mm = 4.0 + 16.5 * after(0.0) + 69.5 * after(5.0);
+        hands.pitch_deg = -25.0 + 5.5 * after(1.0) + 13.5 * after(5.0);
+        hands.roll_deg = 35.0 * (after(2.0) - after(3.0));
     });
     let progress = trial.app.world().resource::<StepProgress>();
     assert_eq!((progress.done_at_s.len(), progress.share), (4, 0.0));
@@ -27,9 +27,31 @@ fn whoever_has_lost_the_marked_tissue_is_told_the_way_back() {
     let progress = trial.app.world().resource::<StepProgress>();
     assert!(progress.away.is_none() && progress.done_at_s.len() == 4, "{progress:?}");
     trial.steps_by(60, |step, hands| {
-        hands.insertion_mm = 24.0 + 13.0 * (step + 1) as f32 / 60.0
+        hands.insertion_mm = 24.0 + 15.0 * (step + 1) as f32 / 60.0
     });
     assert_eq!(trial.app.world().resource::<StepProgress>().done_at_s.len(), 5);
+}
+
+#[test]
+fn whoever_runs_the_lens_into_tissue_has_done_nothing_until_they_see_again() {
+    let mut trial = Trial::new(());
+    trial.start("tutorial").unwrap();
+    // Straight on, into the floor.
+    trial.steps_by(90, |step, hands| {
+        hands.insertion_mm = 4.0 + 30.0 * (step + 1) as f32 / 90.0
+    });
+    let trial_progress = |trial: &Trial| trial.app.world().resource::<StepProgress>().clone();
+    let progress = trial_progress(&trial);
+    assert!(progress.is_blind && progress.done_at_s.len() <= 1, "{progress:?}");
+    let done = progress.done_at_s.len();
+    // The tip is raised to where it still sees nothing but the floor, then to where the urethra leads.
+    trial.steps_by(30, |_, hands| hands.pitch_deg = -20.0);
+    assert_eq!(trial_progress(&trial).done_at_s.len(), done);
+    trial.steps_by(60, |step, hands| {
+        hands.pitch_deg = -20.0 + 11.0 * (step + 1) as f32 / 60.0
+    });
+    let progress = trial_progress(&trial);
+    assert!(!progress.is_blind && progress.done_at_s.len() > done, "{progress:?}");
 }
 
 #[test]
