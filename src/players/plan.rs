@@ -22,6 +22,8 @@ pub struct Manner {
     pub above_verumontanum_mm: [f64; SECTORS.len()],
     /// How near to the capsule, as the game tells it, the wire is when the foot leaves the pedal; none where nobody minds.
     pub lets_go_at_capsule_mm: Option<f32>,
+    /// How far above the verumontanum tissue has to have lain at rest for current to meet it, mm; none where nobody minds.
+    pub lets_go_above_verumontanum_mm: Option<f32>,
     /// Whether strokes keep to the heights and the depth that the exercise marks, and to exercises that ask for tissue.
     pub keeps_to_marks: bool,
     /// How many sectors of the gland are operated, of four: the front comes last.
@@ -51,6 +53,7 @@ impl Manner {
             inside_capsule_mm: 2.0,
             above_verumontanum_mm: [2.0, 4.0, 4.0, 6.0],
             lets_go_at_capsule_mm: Some(0.5),
+            lets_go_above_verumontanum_mm: Some(0.5),
             keeps_to_marks: true,
             sectors: 4,
             rounds: 1,
@@ -71,6 +74,7 @@ impl Manner {
             inside_capsule_mm: -1.0,
             above_verumontanum_mm: [-5.0; SECTORS.len()],
             lets_go_at_capsule_mm: None,
+            lets_go_above_verumontanum_mm: None,
             keeps_to_marks: false,
             sectors: 3,
             rounds: 2,

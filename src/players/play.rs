@@ -96,6 +96,8 @@ pub(crate) struct Play {
     tried: Vec<Vec3>,
     /// Bleeders below this are left alone, z in mm.
     spared_below: f32,
+    /// How far the verumontanum lies above the external sphincter, mm.
+    verumontanum_mm: f32,
     /// Searches in vain: since the last bleeder was found, the view was clear after a stroke, or a sector was begun.
     searches: u32,
     /// When all is cut, the place that the last look about has come to.
@@ -131,6 +133,9 @@ impl Play {
                 .verumontanum
                 .filter(|_| cuts)
                 .map_or(f32::NEG_INFINITY, |verumontanum| (verumontanum.z + SPARED_MM) as f32),
+            verumontanum_mm: (case.landmarks.verumontanum)
+                .zip(case.landmarks.external_sphincter)
+                .map_or(f32::NEG_INFINITY, |(upper, lower)| (upper.z - lower.z) as f32),
             searches: 0,
             last_look: None,
             steps_without_tissue: 0,
@@ -242,7 +247,7 @@ impl Play {
                 let limit = manner.lets_go_at_capsule_mm.zip(capsule_mm);
                 let is_off_capsule = limit.is_none_or(|(least_mm, capsule_mm)| capsule_mm > least_mm);
                 let is_wanted = !manner.current_in_tissue || self.steps_without_tissue < LET_GO_STEPS;
-                next.cut = is_wanted && is_off_capsule;
+                next.cut = is_wanted && is_off_capsule && self.is_off_sphincter(clearance);
                 next
             }
             Doing::Look(waited_s) => {
@@ -305,7 +310,7 @@ impl Play {
                 };
                 let outwards = self.outwards(place);
                 let mut next = go(&hold(scope, now, place + outwards * sunk_mm, outwards, PRESS_STROKE_MM));
-                next.coagulate = is_there && !is_over;
+                next.coagulate = is_there && !is_over && self.is_off_sphincter(clearance);
                 next
             }
             Doing::Flush(left_s) => {
@@ -331,6 +336,13 @@ impl Play {
             Doing::Done => released,
         };
         self.turn_taps(next, senses)
+    }
+
+    /// Whether the tissue about the wire lay far enough above the verumontanum, as the panel tells it.
+    fn is_off_sphincter(&self, clearance: Option<&LoopClearance>) -> bool {
+        let above_mm = clearance.and_then(|clearance| clearance.sphincter_mm);
+        let limit = (self.manner.lets_go_above_verumontanum_mm).zip(above_mm);
+        limit.is_none_or(|(least_mm, above_mm)| above_mm - self.verumontanum_mm > least_mm)
     }
 
     /// What to do after a stroke or a bleeder.
