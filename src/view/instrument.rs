@@ -21,6 +21,10 @@ const ARM_SPARE_MM: f32 = 10.0;
 /// hundred of the way, a few tenths of a mm. Tissue pressed aside by them meets them in large triangles, which would show as teeth.
 const ARMS_NEARER: i32 = 20_000;
 
+/// The same for the beak in the lens's picture: what lies less than half as far away still covers it. Tissue that the sheath stretches
+/// cuts through the beak in large triangles, for nothing collides with it.
+const BEAK_NEARER: i32 = 1 << 22;
+
 pub fn plugin(app: &mut App) {
     app.add_systems(Update, add_bodies.in_set(ViewSystems::Dress))
         .add_systems(Update, place_ghosts.in_set(ViewSystems::Place))
@@ -68,7 +72,8 @@ fn add_bodies(
         };
         let is_ghost = ghost.is_some();
         let geometry = &scope.geometry;
-        let mut material = |colour: LinearRgba, gloss, sharpness, nearer| {
+        // Seen by the lens, and from outside.
+        let mut material = |colour: LinearRgba, gloss, sharpness, nearer: [i32; 2]| {
             let look = Look {
                 colour: if is_ghost {
                     palette::GHOST.with_alpha(GHOST_SHARE)
@@ -80,7 +85,8 @@ fn add_bodies(
                 glow: if is_ghost { 0.35 } else { 0.0 },
                 ..default()
             };
-            [look.clone().under_lamp(), look].map(|look| {
+            let [inside, outside] = nearer;
+            [(look.clone().under_lamp(), inside), (look, outside)].map(|(look, nearer)| {
                 materials.add(ViewMaterial {
                     cover: if is_ghost { Cover::Among } else { Cover::Opaque },
                     nearer,
@@ -88,10 +94,10 @@ fn add_bodies(
                 })
             })
         };
-        let steel = material(palette::STEEL, 0.8, 40.0, 0);
-        let black = material(palette::BEAK, 0.35, 25.0, 0);
-        let insulation = material(palette::INSULATION, 0.3, 20.0, ARMS_NEARER);
-        let wire = material(palette::STEEL, 1.0, 30.0, 0);
+        let steel = material(palette::STEEL, 0.8, 40.0, [0, 0]);
+        let black = material(palette::BEAK, 0.35, 25.0, [BEAK_NEARER, 0]);
+        let insulation = material(palette::INSULATION, 0.3, 20.0, [ARMS_NEARER, ARMS_NEARER]);
+        let wire = material(palette::STEEL, 1.0, 30.0, [0, 0]);
 
         commands
             .entity(instrument)
