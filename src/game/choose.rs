@@ -76,7 +76,11 @@ fn show(
             });
         });
         let area = ui.ctx().viewport_rect().shrink2(egui::vec2(40.0, 16.0));
-        let words = "Arrows: choose    Enter: open    Not validated for training";
+        let enter = match locks.get(catalogue.selected) {
+            Some(Some(_)) => "Locked: on the right stands what opens it",
+            _ => "Enter: open",
+        };
+        let words = format!("Arrows: choose    {enter}    Not validated for training");
         ui.painter().text(
             area.left_bottom(),
             Align2::LEFT_BOTTOM,

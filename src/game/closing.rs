@@ -7,8 +7,8 @@ use bevy_egui::{
     egui::{self, Align2, Color32},
 };
 use resecta_fluid::{ClosedBy, VesselClosed, Vessels};
-use resecta_instrument::{InstrumentState, Resectoscope};
-use resecta_scenario::{ActiveExercise, metrics::StepObservation};
+use resecta_instrument::{InstrumentState, Resectoscope, ResectoscopeGeometry};
+use resecta_scenario::{ActiveExercise, StepProgress, Trigger, metrics::StepObservation};
 
 use super::{
     flow::GameFlow,
@@ -45,6 +45,8 @@ struct Closing {
     is_under_way: bool,
     /// For how long the current has met none while some bleed, s.
     in_vain_s: f32,
+    /// Whether the loop is drawn in.
+    is_drawn_in: bool,
     /// Whether the wire touches tissue.
     touches: bool,
     /// The way from the wire to the nearest that bleeds, mm: right, up and back as the sheath is held; none where that is far.
@@ -64,6 +66,8 @@ impl Closing {
             Some(("Closing a vessel: hold it there".into(), palette::GOOD))
         } else if self.told_s > 0.0 {
             Some(("Vessel closed".into(), palette::GOOD))
+        } else if self.in_vain_s > IN_VAIN_S && self.is_drawn_in {
+            Some(("The loop is drawn in: push it out".into(), palette::CAREFUL))
         } else if self.in_vain_s > IN_VAIN_S {
             let where_one_is = self
                 .beside
@@ -85,7 +89,7 @@ fn notice(
     time: Res<Time>,
     instruments: Query<(&InstrumentState, &Resectoscope)>,
     lists: Query<&Vessels>,
-    step: Option<Res<StepObservation>>,
+    (step, progress): (Option<Res<StepObservation>>, Option<Res<StepProgress>>),
     mut closed: MessageReader<VesselClosed>,
     mut closing: ResMut<Closing>,
 ) {
@@ -101,7 +105,17 @@ fn notice(
     };
     let coagulates = state.coagulate && !state.cut;
     let is_under_way = coagulates && vessels.open().any(|vessel| vessel.dwell_s > 0.0);
-    let is_in_vain = coagulates && !is_under_way && !is_closed && vessels.open().next().is_some();
+    let is_drawn_in = state.stroke_mm <= ResectoscopeGeometry::DRAWN_IN_MM;
+    // A step that asks for brown tissue is told by its bar how that goes: no word of vessels beside it.
+    let asked = active.as_ref().zip(progress).and_then(|(active, progress)| {
+        let step = progress.current(&active.exercise)?;
+        Some(active.exercise.steps[step].until)
+    });
+    let is_about_tissue = matches!(asked, Some(Trigger::Coagulated { .. }));
+    let is_in_vain = coagulates
+        && !is_under_way
+        && !is_closed
+        && (is_drawn_in || !is_about_tissue && vessels.open().next().is_some());
     let now = Closing {
         told_s: if is_closed {
             TOLD_S
@@ -114,6 +128,7 @@ fn notice(
         } else {
             0.0
         },
+        is_drawn_in,
         touches: step.is_some_and(|step| step.loop_in_tissue),
         beside: is_in_vain.then(|| beside(scope, state, vessels)).flatten(),
     };
@@ -165,21 +180,37 @@ mod tests {
             "a bed that bleeds"
         );
 
-        // A current in mid-water.
+        // A current in a loop that is drawn in, then on tissue beside the bed.
         let press = move |mut states: Query<&mut InstrumentState>| states.get_mut(instrument).unwrap().coagulate = true;
         trial.app.add_systems(Update, press.before(notice));
         trial.steps(60);
-        assert!(words(&trial).is_some_and(|words| words.starts_with("The loop touches no tissue")));
+        assert!(words(&trial).is_some_and(|words| words.starts_with("The loop is drawn in")));
+        let extend =
+            move |mut states: Query<&mut InstrumentState>| states.get_mut(instrument).unwrap().stroke_mm = 10.0;
+        trial.app.add_systems(Update, extend.before(notice));
+        trial.steps(2);
+        let said = words(&trial);
+        assert!(
+            said.as_ref()
+                .is_some_and(|words| words.starts_with("No bleeding vessel under the loop")),
+            "{said:?}"
+        );
 
         let closing = |is_under_way, told_s, in_vain_s| Closing {
             told_s,
             is_under_way,
             in_vain_s,
+            is_drawn_in: false,
             touches: true,
             beside: None,
         };
         assert!(closing(true, 1.0, 0.0).words().unwrap().0.starts_with("Closing"));
         assert_eq!(closing(false, 1.0, 1.0).words().unwrap().0, "Vessel closed");
         assert_eq!(closing(false, 0.0, 0.1).words(), None);
+        let in_water = Closing {
+            touches: false,
+            ..closing(false, 0.0, 1.0)
+        };
+        assert_eq!(in_water.words().unwrap().0, "The loop touches no tissue");
     }
 }

@@ -327,7 +327,8 @@ fn carry_out(
             Wish::Progress => flow.phase = Phase::Progress,
             Wish::Outlines => flow.phase = Phase::Outlines,
             Wish::Choose => {
-                if let Some(active) = &active {
+                // Whoever comes by way of the title finds the list as they left it.
+                if let Some(active) = active.as_ref().filter(|_| flow.phase != Phase::Title) {
                     // Whoever has done all of it goes on.
                     match *state {
                         RunState::Ended(EndReason::GoalsReached) if !flow.watches => {
@@ -378,6 +379,10 @@ fn carry_out(
                 closing.write_batch(windows.iter().map(|(window, _)| WindowCloseRequested { window }));
             }
             Wish::Open | Wish::Restart => {
+                // Nobody begins without the lens's picture.
+                if *layout == ViewLayout::Outside {
+                    *layout = ViewLayout::default();
+                }
                 if wish == Wish::Open {
                     let chosen = catalogue.entries.get(catalogue.selected);
                     let is_locked =

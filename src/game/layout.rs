@@ -1,7 +1,7 @@
 //! Which view is where in the window: the endoscope, the outside, or both beside each other.
 
 use bevy::{
-    camera::{Viewport, visibility::RenderLayers},
+    camera::{SubCameraView, Viewport, visibility::RenderLayers},
     core_pipeline::tonemapping::Tonemapping,
     post_process::msaa_writeback::MsaaWritebackPlugin,
     prelude::*,
@@ -9,6 +9,7 @@ use bevy::{
     window::PrimaryWindow,
 };
 use bevy_egui::{EguiGlobalSettings, PrimaryEguiContext};
+use resecta_scenario::ActiveExercise;
 
 use super::{
     flow::{GameFlow, Phase},
@@ -19,6 +20,8 @@ use crate::view::{EndoscopeCamera, OutsideCamera, ViewSystems, endoscope_camera,
 
 /// Smallest side of a view, physical pixels.
 const SMALLEST: u32 = 16;
+/// How far down the outside view's picture moves, as a share of its height, where the card of a step lies over its upper part.
+const BELOW_CARD: f32 = 0.08;
 /// Share of the width that the endoscope gets beside the outside view, at most.
 const ENDOSCOPE_SHARE: f32 = 0.62;
 
@@ -132,6 +135,7 @@ fn smoothing(adapter: &WgpuAdapterInfo) -> Msaa {
 fn arrange(
     layout: Res<ViewLayout>,
     flow: Res<GameFlow>,
+    active: Option<Res<ActiveExercise>>,
     zoom: Res<UiZoom>,
     windows: Query<&Window, With<PrimaryWindow>>,
     mut endoscopes: Query<&mut Camera, (With<EndoscopeCamera>, Without<OutsideCamera>)>,
@@ -161,8 +165,29 @@ fn arrange(
     for mut camera in &mut endoscopes {
         place(&mut camera, endoscope);
     }
+    let has_card = *layout == ViewLayout::Both
+        && matches!(flow.phase, Phase::Playing | Phase::Paused)
+        && active.is_some_and(|active| !active.exercise.steps.is_empty());
     for mut camera in &mut outsides {
         place(&mut camera, outside);
+        let lowered = outside.filter(|_| has_card).map(|outside| lowered(outside.size()));
+        let is_so = match (&camera.sub_camera_view, &lowered) {
+            (None, None) => true,
+            (Some(is), Some(wanted)) => is.offset == wanted.offset && is.size == wanted.size,
+            _ => false,
+        };
+        if !is_so {
+            camera.sub_camera_view = lowered;
+        }
+    }
+}
+
+/// A picture of this size, physical pixels, of which the upper part is free.
+fn lowered(size: UVec2) -> SubCameraView {
+    SubCameraView {
+        full_size: size,
+        offset: Vec2::new(0.0, -BELOW_CARD * size.y as f32),
+        size,
     }
 }
 

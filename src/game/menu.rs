@@ -212,6 +212,17 @@ pub fn sized_button(ui: &mut Ui, text: impl Into<String>, size: [f32; 2], lead: 
     response
 }
 
+/// A box to check: square, where what is to be chosen from is round.
+pub fn check_box(ui: &mut Ui, is_on: &mut bool, words: &str) {
+    ui.scope(|ui| {
+        let widgets = &mut ui.visuals_mut().widgets;
+        for widget in [&mut widgets.inactive, &mut widgets.hovered, &mut widgets.active] {
+            widget.corner_radius = CornerRadius::same(2);
+        }
+        ui.checkbox(is_on, words);
+    });
+}
+
 /// A button that asks for something.
 pub fn wish(ui: &mut Ui, text: &str, wish: Wish, lead: bool, flow: &mut GameFlow) {
     if button(ui, text, lead).clicked() {

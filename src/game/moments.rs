@@ -26,7 +26,9 @@ const SIDE: usize = 360;
 const APART_S: f64 = 1.5;
 // What waits for a clear lens has its picture before the next one is noticed.
 const _: () = assert!(PICTURE_WAITS_S < APART_S);
-/// How much nearer to the capsule than before a cut must come for another picture, mm.
+/// A cut this near to the capsule is worth a picture, mm: the next stroke may reach it. How much nearer than before it must come for
+/// another, mm.
+const NEAR_MM: f64 = 4.5;
 const NEARER_MM: f64 = 0.3;
 /// How many times worse than before it must be for another.
 const WORSE: f64 = 1.3;
@@ -112,7 +114,7 @@ fn watch(
     if let Some(moment) = moments.notice(now_s, nearest_mm, metrics.water.blood_ml) {
         let words = match moment {
             Moment::FirstCut => "First cut".to_owned(),
-            Moment::NearestCut => format!("Close to the capsule: {:.1} mm", moments.nearest_mm.unwrap_or(0.0)),
+            Moment::NearestCut => format!("Cut {:.1} mm from the capsule", moments.nearest_mm.unwrap_or(0.0)),
             Moment::WorstBleeding => format!("Worst bleeding: {:.1} ml/s", moments.worst_ml_per_s),
         };
         moments.waiting = Some((moment, words, now_s));
@@ -185,7 +187,8 @@ impl Moments {
         let noticed = Moment::ALL.into_iter().find(|moment| match moment {
             Moment::FirstCut => self.last_s.is_none() && nearest_mm.is_some(),
             Moment::NearestCut => {
-                nearest_mm.is_some_and(|nearest| self.nearest_mm.is_none_or(|before| nearest < before - NEARER_MM))
+                let wanted_mm = self.nearest_mm.map_or(NEAR_MM, |before| before - NEARER_MM);
+                nearest_mm.is_some_and(|nearest| nearest < wanted_mm)
             }
             Moment::WorstBleeding => {
                 bleeding.is_some_and(|bleeding| bleeding > BLEEDING_ML_PER_S.max(self.worst_ml_per_s * WORSE))
@@ -260,9 +263,10 @@ mod tests {
         assert_eq!(moments.notice(0.5, None, 0.0), None);
         assert_eq!(moments.notice(1.0, Some(9.0), 0.0), Some(Moment::FirstCut));
         assert_eq!(moments.notice(1.5, Some(3.0), 0.0), None);
-        assert_eq!(moments.notice(3.0, Some(8.0), 0.0), Some(Moment::NearestCut));
-        assert_eq!(moments.notice(5.0, Some(7.8), 0.0), None);
-        assert_eq!(moments.notice(7.0, Some(6.9), 0.0), Some(Moment::NearestCut));
+        assert_eq!(moments.notice(2.6, Some(8.0), 0.0), None, "not near");
+        assert_eq!(moments.notice(3.0, Some(4.0), 0.0), Some(Moment::NearestCut));
+        assert_eq!(moments.notice(5.0, Some(3.8), 0.0), None);
+        assert_eq!(moments.notice(7.0, Some(2.9), 0.0), Some(Moment::NearestCut));
         assert_eq!(moments.notice(9.0, None, 1.0), Some(Moment::WorstBleeding));
         assert_eq!(moments.notice(11.0, None, 2.1), None);
         assert_eq!(moments.notice(13.0, None, 4.1), Some(Moment::WorstBleeding));

@@ -7,8 +7,8 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, Align2, Color32, FontId, Rect, RichText, Ui},
 };
-use resecta_instrument::{InstrumentBindings, InstrumentState};
-use resecta_scenario::{ActiveExercise, MetricId, Metrics, ScoreCard};
+use resecta_instrument::{InstrumentAction, InstrumentBindings, InstrumentField, InstrumentState};
+use resecta_scenario::{ActiveExercise, Better, MetricId, Metrics, ScoreCard};
 
 use super::{
     debrief,
@@ -17,6 +17,7 @@ use super::{
     menu::{self, MenuFocus, MenuSystems, UiZoom},
     palette,
     panel::{PANEL_WIDTH, clock},
+    tutorial::GUIDANCE,
 };
 use crate::view::{EndoscopeCamera, LandmarkMarker, OutsideCamera};
 
@@ -24,6 +25,8 @@ use crate::view::{EndoscopeCamera, LandmarkMarker, OutsideCamera};
 const WARNING_S: f32 = 1.6;
 /// Height of landmarks' names in the outside view, points.
 const LABEL_SIZE: f32 = 12.0;
+/// Space between a place and its name, points.
+const LABEL_GAP: f32 = 9.0;
 /// The button of a pause that ends a run.
 const END: &str = "End and show the score";
 
@@ -102,16 +105,22 @@ fn over_views(
             let font = FontId::proportional(LABEL_SIZE);
             let colour = Color32::from_rgb(red, green, blue);
             let size = painter.layout_no_wrap(landmark.name.clone(), font, colour).size();
-            // Kept inside the view at its right edge.
-            let is_left = at.x < area.max.x - 110.0 / point;
-            let (anchor, shift) = if is_left {
-                (Align2::LEFT_CENTER, 9.0)
+            // To the other side where it would stand on the guidance at the right edge of the view.
+            let has_room = at.x * point + LABEL_GAP + size.x < area.max.x * point - GUIDANCE;
+            let (anchor, shift) = if has_room {
+                (Align2::LEFT_CENTER, LABEL_GAP)
             } else {
-                (Align2::RIGHT_CENTER, -9.0)
+                (Align2::RIGHT_CENTER, -LABEL_GAP)
             };
             let wanted = anchor.anchor_size(egui::pos2(at.x * point + shift, at.y * point), size);
             let rect = below_all(&placed, wanted);
             placed.push(rect);
+            // On white steel and red tissue alike.
+            painter.rect_filled(
+                rect.expand2(egui::vec2(3.0, 0.0)),
+                3.0,
+                palette::GROUND.gamma_multiply(0.6),
+            );
             shadowed(&painter, rect.min, Align2::LEFT_TOP, &landmark.name, LABEL_SIZE, colour);
         }
     }
@@ -174,7 +183,9 @@ fn below_all(placed: &[Rect], wanted: Rect) -> Rect {
 pub fn shadowed(painter: &egui::Painter, place: egui::Pos2, anchor: Align2, text: &str, size: f32, colour: Color32) {
     let font = FontId::proportional(size);
     let shadow = place + egui::vec2(1.0, 1.0);
-    painter.text(shadow, anchor, text, font.clone(), Color32::from_black_alpha(200));
+    // It fades with what casts it: else words that fade would leave black ones.
+    let dark = Color32::from_black_alpha(200).gamma_multiply(f32::from(colour.a()) / 255.0);
+    painter.text(shadow, anchor, text, font.clone(), dark);
     painter.text(place, anchor, text, font, colour);
 }
 
@@ -192,7 +203,11 @@ fn windows(
     let context = contexts.ctx_mut()?;
     let lead = focus.lead;
     let beside = if flow.phase.shows_exercise() { PANEL_WIDTH } else { 0.0 };
-    let controls = Controls::of(&bindings, cfg!(feature = "gamepad") || !pads.is_empty());
+    // Where no water runs there are no taps to turn.
+    let has_taps = active
+        .as_ref()
+        .is_none_or(|active| active.exercise.models.water.is_some());
+    let controls = Controls::of(&bindings, cfg!(feature = "gamepad") || !pads.is_empty(), has_taps);
     let width = if controls.has_pad() { 900.0 } else { 760.0 };
     if flow.help {
         menu::window(context, "Help", width, beside, |ui| {
@@ -243,7 +258,7 @@ fn in_doubt(ui: &mut Ui, doubt: Wish, elapsed_s: f64, lead: bool, flow: &mut Gam
     let words = format!("{} min of it are neither scored nor kept then.", clock(elapsed_s));
     ui.label(words);
     ui.vertical_centered_justified(|ui| {
-        menu::wish(ui, "Keep it (Esc)", Wish::Keep, lead, flow);
+        menu::wish(ui, "Go on with it (Esc)", Wish::Keep, lead, flow);
         menu::wish(ui, END, Wish::End, false, flow);
         menu::wish(ui, lose, Wish::Lose, false, flow);
     });
@@ -279,7 +294,7 @@ fn briefing(
         menu::part(ui, [half, 0.0], |ui| {
             menu::caption(ui, "What counts, points");
             egui::Grid::new("counts")
-                .num_columns(2)
+                .num_columns(3)
                 .spacing([16.0, 3.0])
                 .show(ui, |ui| {
                     let points = |out_of: f64| RichText::new(format!("{out_of:.0}")).color(palette::ACCENT);
@@ -292,6 +307,9 @@ fn briefing(
                     for line in card.lines.iter().filter(|_| card.parts.is_empty()) {
                         ui.label(line.title).on_hover_text(&line.formula);
                         ui.label(points(line.out_of));
+                        if line.metric.info().better == Better::Less {
+                            ui.label(RichText::new("the less the better").size(13.0).color(palette::WEAK));
+                        }
                         ui.end_row();
                     }
                 });
@@ -349,19 +367,27 @@ struct Controls {
 }
 
 impl Controls {
-    fn of(bindings: &InstrumentBindings, with_pad: bool) -> Self {
-        let mut rows: Vec<Vec<Cow<str>>> = bindings
-            .help()
-            .into_iter()
-            .map(|(what, inputs)| vec![what.into(), inputs.into()])
+    fn of(bindings: &InstrumentBindings, with_pad: bool, with_taps: bool) -> Self {
+        let turns_tap = |action: InstrumentAction| {
+            let movement = action.movement();
+            movement.is_some_and(|(field, _)| InstrumentField::TAPS.contains(&field))
+        };
+        let named = bindings.help().into_iter().zip(bindings.pad_help());
+        let rows = (bindings.rows.iter().zip(named))
+            .filter(|(row, _)| with_taps || !turns_tap(row.action))
+            .map(|(_, ((what, keys), (_, pads)))| {
+                let mut cells: Vec<Cow<str>> = vec![what.into(), keys.into()];
+                if with_pad {
+                    cells.push(pads.into());
+                }
+                cells
+            })
             .collect();
-        if !with_pad {
-            return Controls { titles: &[], rows };
-        }
-        for (row, (_, inputs)) in rows.iter_mut().zip(bindings.pad_help()) {
-            row.push(inputs.into());
-        }
-        let titles = &["", "Keyboard, mouse", "Gamepad"];
+        let titles: &[&str] = if with_pad {
+            &["", "Keyboard, mouse", "Gamepad"]
+        } else {
+            &[]
+        };
         Controls { titles, rows }
     }
 
@@ -406,19 +432,23 @@ fn table(ui: &mut Ui, name: &str, titles: &[&str], rows: &[Vec<Cow<str>>]) {
 
 #[cfg(test)]
 mod tests {
-    use resecta_instrument::{BoundInput, InstrumentAction};
+    use resecta_instrument::BoundInput;
 
     use super::*;
 
     #[test]
     fn a_gamepad_is_named_beside_the_keys_where_there_is_one() {
         let mut bindings = InstrumentBindings::default();
-        let plain = Controls::of(&bindings, false);
+        let plain = Controls::of(&bindings, false, true);
         assert!(plain.rows.iter().all(|row| row.len() == 2) && !plain.has_pad());
+
+        let dry = Controls::of(&bindings, false, false);
+        assert_eq!(dry.rows.len(), plain.rows.len() - 4, "two taps, each two ways");
+        assert!(!dry.rows.iter().any(|row| row[0].contains("tap")));
 
         let pad = BoundInput::PadButton(GamepadButton::South);
         bindings.bind(InstrumentAction::Cut, pad, None);
-        let both = Controls::of(&bindings, true);
+        let both = Controls::of(&bindings, true, true);
         assert_eq!(both.rows.len(), bindings.rows.len());
         for (row, bound) in both.rows.iter().zip(&bindings.rows) {
             let [what, keys, pads] = &row[..] else {

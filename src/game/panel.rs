@@ -5,7 +5,7 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, Color32, RichText, Ui},
 };
-use resecta_fluid::{Bladder, Irrigation, Turbidity, Vessels};
+use resecta_fluid::{Bladder, Irrigation, Turbidity, TurbiditySettings, Vessels};
 use resecta_instrument::InstrumentState;
 use resecta_scenario::{ActiveExercise, Exercise, MetricId, Metrics, PartScore, ScoreCard, ScoreLine};
 use resecta_tissue::TissueDiagnostics;
@@ -233,6 +233,9 @@ fn water(
     let plain = palette::TEXT;
     let pressure = bladder.pressure_cmh2o();
     let view = turbidity.map_or(1.0, Turbidity::visibility);
+    // What is nearer is seen better: without the distance a low share beside a good picture of something near reads as an error.
+    let seen_mm = turbidity.map_or(TurbiditySettings::default(), |turbidity| turbidity.settings);
+    let clear = format!("Clear at {:.0} mm", seen_mm.view_distance_mm);
     let absorbed = metrics.value(MetricId::Absorbed);
     let taps = irrigation.map_or([0.0; 2], |taps| [taps.inflow_tap, taps.outflow_tap]);
     let [inflow, outflow] = taps.map(|open| {
@@ -258,7 +261,7 @@ fn water(
         ),
         bleeding,
         (
-            "Water clear",
+            &clear,
             format!("{:.0} %", 100.0 * view),
             if view < 0.3 {
                 BAD

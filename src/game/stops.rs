@@ -16,8 +16,9 @@ use resecta_scenario::ActiveExercise;
 use super::{overlay::shadowed, palette::CAREFUL};
 use crate::view::EndoscopeCamera;
 
-/// How long a stop stays in sight after the last push, s.
-const SHOWN_S: f32 = 0.5;
+/// How long a stop stays in sight after the last push, s, and the last part of it in which it fades.
+const SHOWN_S: f32 = 1.0;
+const FADES_S: f32 = 0.3;
 /// Time between two rumbles while a push lasts, and the length of one, s. One begins before the last has ended.
 const RUMBLE_EVERY_S: f32 = 0.1;
 const RUMBLE_S: f32 = 0.12;
@@ -145,7 +146,7 @@ fn show(
         let mut said = Vec::new();
         for &(stop, left_s) in &stops.shown {
             let InstrumentStopped { field, push, .. } = stop;
-            let colour = CAREFUL.gamma_multiply((left_s / SHOWN_S).clamp(0.0, 1.0));
+            let colour = CAREFUL.gamma_multiply((left_s / FADES_S).clamp(0.0, 1.0));
             let (directions, end) = place(field, stop.above);
             let words = match stop.by {
                 StoppedBy::Limits => end,
@@ -259,7 +260,7 @@ mod tests {
         app.update();
         app.update();
         rumbles(&mut app);
-        let after: usize = (0..40)
+        let after: usize = (0..80)
             .map(|_| {
                 app.update();
                 rumbles(&mut app).len()

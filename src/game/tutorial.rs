@@ -25,9 +25,15 @@ const GAP: f32 = 8.0;
 /// Space around its words, points.
 const MARGIN: f32 = 12.0;
 /// What guidance takes at the right of the outside view, points.
-const GUIDANCE: f32 = 70.0;
+pub const GUIDANCE: f32 = 70.0;
 /// Up to so many actions are shown with all their keys.
 const FEW: usize = 2;
+/// What leads a lens away from tissue.
+const FROM_TISSUE: [InstrumentAction; 3] = [
+    InstrumentAction::Withdraw,
+    InstrumentAction::TipUp,
+    InstrumentAction::TipDown,
+];
 /// An outside view of at least this width has room for the step.
 const ROOM: f32 = 330.0;
 
@@ -113,6 +119,7 @@ fn show(
                 ui.label(RichText::new(&step.say).size(18.0).strong());
                 let actions = match progress.away {
                     Some(way) => vec![action(way)],
+                    None if progress.is_blind => FROM_TISSUE.to_vec(),
                     None => step.until.actions().to_vec(),
                 };
                 let actions: Vec<_> = actions
@@ -143,11 +150,15 @@ fn show(
                 if let Some(way) = progress.away {
                     let back = format!("Not here: the marked tissue is {}", whither(way));
                     ui.label(RichText::new(back).strong().color(palette::CAREFUL));
+                } else if progress.is_blind {
+                    let blind = "Not blind: the lens is too near to tissue to see anything";
+                    ui.label(RichText::new(blind).strong().color(palette::CAREFUL));
                 }
                 if !step.hint.is_empty() {
                     ui.label(RichText::new(&step.hint).color(palette::WEAK));
                 }
-                let fill = if progress.away.is_some() { palette::WEAK } else { frame };
+                let is_held_up = progress.away.is_some() || progress.is_blind;
+                let fill = if is_held_up { palette::WEAK } else { frame };
                 ui.add(
                     egui::ProgressBar::new(progress.share as f32)
                         .desired_height(9.0)

@@ -45,9 +45,9 @@ pub fn show(ui: &mut Ui, active: &ActiveExercise, log: &RunLog) {
             30.0,
             absorbing,
         ));
-        let blind = Some((30.0, "blind below"));
+        let blind = Some((30.0, "no view below"));
         curves.push(curve(
-            "Clearness of the water",
+            "Clearness of the view",
             "%",
             view,
             |s| 100.0 * s.visibility,

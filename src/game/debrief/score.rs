@@ -60,7 +60,12 @@ pub fn show(
                     menu::caption(ui, "What to do better");
                     let said = advice(card, metrics, SENTENCES);
                     if said.is_empty() {
-                        ui.label("Nothing lost points to speak of. Try it on another gland.");
+                        let next = if active.exercise.steps.is_empty() {
+                            "Try it on another gland."
+                        } else {
+                            "Go on with the next exercise of the list."
+                        };
+                        ui.label(format!("Nothing lost points to speak of. {next}"));
                     }
                     for (number, sentence) in said.iter().enumerate() {
                         ui.label(RichText::new(format!("{}. {sentence}", number + 1)).size(15.5));
@@ -90,7 +95,9 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
         // Many lines must leave room for what follows.
         .spacing([20.0, if card.lines.len() > 6 { 5.0 } else { 15.0 }])
         .show(ui, |ui| {
-            for title in ["", "Value", "Bronze, silver, gold", "", "Points"] {
+            let has_pars = card.lines.iter().any(|line| line.pars.is_some());
+            let medals = if has_pars { "Bronze, silver, gold" } else { "" };
+            for title in ["", "Value", medals, "", "Points"] {
                 ui.label(RichText::new(title).size(13.0).color(palette::WEAK));
             }
             ui.end_row();
@@ -206,7 +213,7 @@ pub fn value(metric: MetricId, value: f64) -> String {
 /// The three pars, the best one earned filled in.
 fn pars(ui: &mut Ui, line: &ScoreLine) {
     let Some(pars) = &line.pars else {
-        ui.label(RichText::new("no pars").size(13.0).color(palette::WEAK));
+        ui.label("");
         return;
     };
     ui.horizontal(|ui| {

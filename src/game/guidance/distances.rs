@@ -75,19 +75,26 @@ fn verumontanum_mm(active: &ActiveExercise) -> f32 {
     height.filter(|height| *height > 0.0).unwrap_or(VERUMONTANUM_MM)
 }
 
-/// Draws the distances.
-pub fn show(painter: &Painter, area: Rect, active: &ActiveExercise, clearance: &LoopClearance, parts: &Parts) {
+/// Draws the distances. A loop that is drawn in harms nothing.
+pub fn show(
+    painter: &Painter,
+    area: Rect,
+    active: &ActiveExercise,
+    (clearance, is_drawn_in): (&LoopClearance, bool),
+    parts: &Parts,
+) {
     if parts.distances <= 0.0 {
         return;
     }
+    let unless_in = |danger| if is_drawn_in { Danger::Free } else { danger };
     let capsule = clearance.capsule_mm.map(|mm| {
         let words = if mm <= -LEAST_TOLD_MM { OUTSIDE } else { CAPSULE };
-        (words, mm.abs(), Danger::of_capsule(mm))
+        (words, mm.abs(), unless_in(Danger::of_capsule(mm)))
     });
     let end = verumontanum_mm(active);
     let sphincter = clearance
         .sphincter_mm
-        .map(|mm| ("to sphincter", mm, Danger::of_sphincter(mm, end)));
+        .map(|mm| ("to sphincter", mm, unless_in(Danger::of_sphincter(mm, end))));
     let rows: Vec<_> = [capsule, sphincter]
         .into_iter()
         .flatten()
@@ -102,7 +109,8 @@ pub fn show(painter: &Painter, area: Rect, active: &ActiveExercise, clearance: &
     ground(painter, area, parts.distances);
     for (row, (words, mm, danger)) in rows.into_iter().enumerate() {
         let corner = area.left_top() + vec2(10.0, 5.0 + 45.0 * row as f32) * scale;
-        let colour = danger.colour().gamma_multiply(parts.distances);
+        let colour = if is_drawn_in { palette::TEXT } else { danger.colour() };
+        let colour = colour.gamma_multiply(parts.distances);
         let weak = palette::WEAK.gamma_multiply(parts.distances);
         shadowed(painter, corner, Align2::LEFT_TOP, words, 12.5 * scale, weak);
         let number = format!("{mm:.1} mm");

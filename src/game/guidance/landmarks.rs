@@ -139,8 +139,9 @@ fn name_of(active: &ActiveExercise, tissue: &Tissue, place: Vec3) -> &'static st
     };
     let at_rest = solver.rest_centroid(nearest).as_dvec3();
     let is_left = active.walls.hour(at_rest) < 6.0;
-    // Walls are of the gland at rest; a wall that was cut down to is hardly moved.
-    if active.walls.capsule_mm(place.as_dvec3()) < CAPSULE_MM {
+    // Walls are of the gland at rest, and the sheath pushes tissue by more than a wall of the capsule is thick.
+    let pushed = solver.centroid(nearest) - solver.rest_centroid(nearest);
+    if active.walls.capsule_mm((place - pushed).as_dvec3()) < CAPSULE_MM {
         return "capsule";
     }
     match solver.pentahedron_zone(nearest) {
@@ -163,15 +164,13 @@ fn beyond(active: &ActiveExercise, place: Vec3) -> &'static str {
     }
 }
 
-/// Marks what is seen in the endoscope's picture and names it, and names the middle at the rim.
+/// Marks what is seen in the endoscope's picture and names it.
 pub fn show(painter: &Painter, camera: &Camera, eye: &GlobalTransform, zoom: f32, seen: &Seen, opacity: f32) {
-    let Some(area) = camera.logical_viewport_rect() else {
+    let Some((centre, radius)) = round_field(camera, zoom) else {
         return;
     };
     let point = 1.0 / zoom;
     let colour = palette::FOCUS.gamma_multiply(opacity);
-    let centre = egui::pos2(area.center().x, area.center().y) * point;
-    let radius = 0.5 * area.width().min(area.height()) * point;
     for sight in seen.landmarks.iter().filter(|sight| sight.is_seen) {
         let straight = camera.world_to_viewport(eye, sight.place).ok();
         let Some(at) = straight.and_then(|straight| shown_at(camera, straight)) else {
@@ -196,13 +195,25 @@ pub fn show(painter: &Painter, camera: &Camera, eye: &GlobalTransform, zoom: f32
         };
         shadowed(painter, at + egui::vec2(shift, 0.0), anchor, sight.name, 14.0, colour);
     }
-    if !seen.middle.is_empty() {
-        let below = centre + egui::vec2(0.0, 0.84 * radius);
-        let text = palette::TEXT.gamma_multiply(opacity);
-        // It names what lies ahead, not what it stands on.
-        let words = format!("ahead: {}", seen.middle);
-        shadowed(painter, below, Align2::CENTER_CENTER, &words, 15.0, text);
-    }
+}
+
+/// Names the middle of the endoscope's picture, at its rim.
+pub fn name_middle(painter: &Painter, camera: &Camera, zoom: f32, seen: &Seen, opacity: f32) {
+    let Some((centre, radius)) = round_field(camera, zoom).filter(|_| !seen.middle.is_empty()) else {
+        return;
+    };
+    let below = centre + egui::vec2(0.0, 0.84 * radius);
+    let text = palette::TEXT.gamma_multiply(opacity);
+    // It names what lies ahead, not what it stands on.
+    let words = format!("ahead: {}", seen.middle);
+    shadowed(painter, below, Align2::CENTER_CENTER, &words, 15.0, text);
+}
+
+/// Middle and radius of the round picture, points.
+fn round_field(camera: &Camera, zoom: f32) -> Option<(egui::Pos2, f32)> {
+    let area = camera.logical_viewport_rect()?;
+    let centre = egui::pos2(area.center().x, area.center().y) / zoom;
+    Some((centre, 0.5 * area.width().min(area.height()) / zoom))
 }
 
 #[cfg(test)]

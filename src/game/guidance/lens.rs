@@ -31,6 +31,13 @@ pub struct OnTissue {
     is_low: bool,
 }
 
+impl OnTissue {
+    /// Whether it stands in the picture that the lens lies on tissue.
+    pub fn is_told(&self) -> bool {
+        self.blind_s >= PATIENCE_S
+    }
+}
+
 /// Follows the veil before the lens while the player's hands rest.
 pub fn notice(
     flow: Res<GameFlow>,
@@ -112,7 +119,7 @@ fn turn(veil: &Veil, roll_deg: f32) -> Option<&'static str> {
 
 /// Draws the words.
 pub fn show(painter: &Painter, view: Rect, on: &OnTissue, opacity: f32) {
-    if on.blind_s < PATIENCE_S {
+    if !on.is_told() {
         return;
     }
     let words = match (on.turn, on.is_low) {

@@ -27,7 +27,7 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, Align2, Painter},
 };
-use resecta_instrument::{InstrumentState, Resectoscope};
+use resecta_instrument::{InstrumentState, Resectoscope, ResectoscopeGeometry};
 use resecta_scenario::{ActiveExercise, LoopClearance};
 
 use self::{
@@ -239,6 +239,10 @@ fn show(
     if parts.landmarks > 0.0 {
         for (camera, eye) in lenses.iter().filter(|(camera, _)| camera.is_active) {
             landmarks::show(&painter, camera, eye, zoom.0, &seen, parts.landmarks);
+            // A lens that lies on tissue has nothing ahead.
+            if !on_tissue.is_told() {
+                landmarks::name_middle(&painter, camera, zoom.0, &seen, parts.landmarks);
+            }
         }
         if let Some(view) = views.endoscope {
             lens::show(&painter, view, &on_tissue, parts.landmarks);
@@ -250,7 +254,8 @@ fn show(
             map::show(&painter, area, &active, &held, parts.slice);
         }
     }
-    distances::show(&painter, places.distances, &active, &clearance, &parts);
+    let is_drawn_in = state.stroke_mm <= ResectoscopeGeometry::DRAWN_IN_MM;
+    distances::show(&painter, places.distances, &active, (&clearance, is_drawn_in), &parts);
     Ok(())
 }
 

@@ -10,6 +10,7 @@ use resecta_instrument::{Handedness, InstrumentBindings, InvertedAxes, LiveFeel,
 use super::{KeptSettings, SettingsPage, SoundSettings, table};
 use crate::game::{
     flow::GameFlow,
+    menu,
     palette::{self, BAD, CAREFUL},
     sound::SoundOutput,
 };
@@ -101,7 +102,7 @@ pub fn show(
                             (&mut all_open, "All levels are open"),
                             (&mut shows_speed, "The panel shows speed and error of the simulation"),
                         ] {
-                            ui.add_enabled(!waits, egui::Checkbox::new(is_on, words));
+                            ui.add_enabled_ui(!waits, |ui| menu::check_box(ui, is_on, words));
                         }
                     });
                     waiting(ui, &page);
@@ -132,7 +133,7 @@ fn sound(ui: &mut Ui, sound: &mut SoundSettings, output: &SoundOutput) {
     ui.horizontal(|ui| {
         ui.label(RichText::new("Sound").strong());
         if trouble.is_none() {
-            ui.checkbox(&mut sound.muted, "Off (M)");
+            menu::check_box(ui, &mut sound.muted, "Off (M)");
         }
     });
     if let Some(trouble) = trouble {
@@ -190,14 +191,14 @@ fn feel(ui: &mut Ui, feel: &mut LiveFeel, hand: &mut Handedness) {
         stick_y,
     } = &mut feel.inverted;
     ui.horizontal(|ui| {
-        ui.checkbox(mouse_x, "Mouse left, right");
-        ui.checkbox(mouse_y, "Mouse up, down");
+        menu::check_box(ui, mouse_x, "Mouse left, right");
+        menu::check_box(ui, mouse_y, "Mouse up, down");
     });
     ui.horizontal(|ui| {
-        ui.checkbox(stick_x, "Sticks left, right");
-        ui.checkbox(stick_y, "Sticks up, down");
+        menu::check_box(ui, stick_x, "Sticks left, right");
+        menu::check_box(ui, stick_y, "Sticks up, down");
     });
-    ui.checkbox(wheel, "Wheel");
+    menu::check_box(ui, wheel, "Wheel");
     ui.separator();
     ui.label(RichText::new("Pedals").strong());
     ui.radio_value(&mut feel.pedals, PedalMode::Hold, "Down while they are held");
