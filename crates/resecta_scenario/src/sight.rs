@@ -12,6 +12,8 @@ use crate::{active::ActiveExercise, metrics::StepObservation, steps::StepProgres
 pub const FAR_MM: f32 = 45.0;
 /// How much nearer than a place tissue may be and not hide it, mm: landmarks and vessels are points on or under a surface.
 const UNDER_MM: f32 = 2.5;
+/// How far behind the lens, in the sheath, a ray begins that tells how far the lens sees, mm.
+const BEHIND_LENS_MM: f32 = 2.0;
 /// Share of the light that has to come back from a place for it to be made out. Our choice: what is looked for, dark or mounded,
 /// is told in murk in which plain tissue is not.
 const LEAST_LIGHT: f64 = 0.15;
@@ -49,8 +51,11 @@ impl Sight<'_, '_> {
         let active = self.active.as_ref()?;
         let (state, scope) = self.instruments.get(active.instrument).ok()?;
         let lens = scope.lens_pose(state);
-        let hit = self.first_hit_mm(lens.translation.into(), lens.rotation * Vec3::NEG_Z);
-        Some(hit.unwrap_or(FAR_MM).min(FAR_MM))
+        let ahead = lens.rotation * Vec3::NEG_Z;
+        // Tissue that a quick sheath runs into may lie about the lens for some steps: from there a ray meets it from within, far off.
+        let from = Vec3::from(lens.translation) - BEHIND_LENS_MM * ahead;
+        let hit = self.first_hit_mm(from, ahead);
+        Some(hit.map_or(FAR_MM, |hit| (hit - BEHIND_LENS_MM).clamp(0.0, FAR_MM)))
     }
 
     /// How far from a place a ray first meets the exercise's tissue, mm.

@@ -8,12 +8,12 @@ use resecta_scenario::{EndReason, MetricId, Metrics, RunLog, StepProgress, Trace
 fn whoever_has_lost_the_marked_tissue_is_told_the_way_back() {
     let mut trial = Trial::new(());
     trial.start("tutorial").unwrap();
-    // Up the urethra, the tip up, rolled and back, far into the bladder.
+    // Up the urethra, the tip up, rolled, far into the bladder, and rolled back.
     trial.steps_by(420, |step, hands| {
         let after = |begin_s: f32| (step as f32 / 60.0 - begin_s).clamp(0.0, 1.0);
-        hands.insertion_mm = 4.0 + 16.5 * after(0.0) + 69.5 * after(5.0);
-        hands.pitch_deg = -25.0 + 5.5 * after(1.0) + 13.5 * after(5.0);
-        hands.roll_deg = 35.0 * (after(2.0) - after(3.0));
+        hands.insertion_mm = 4.0 + 16.5 * after(0.0) + 69.5 * after(3.0);
+        hands.pitch_deg = -25.0 + 5.5 * after(1.0) + 13.5 * after(3.0);
+        hands.roll_deg = 35.0 * (after(2.0) - after(5.0));
     });
     let progress = trial.app.world().resource::<StepProgress>();
     assert_eq!((progress.done_at_s.len(), progress.share), (4, 0.0));

@@ -192,11 +192,9 @@ fn only_coagulation_at_a_vessel_that_bleeds_is_precise() {
     let bleeds_at = place(&app).expect("its carrier is gone");
 
     let coagulate = |app: &mut App, steps: u32, point: Vec3| {
-        app.world_mut()
-            .get_mut::<InstrumentRequest>(instrument)
-            .unwrap()
-            .0
-            .coagulate = true;
+        let mut request = app.world_mut().get_mut::<InstrumentRequest>(instrument).unwrap();
+        // Out: a loop that is drawn in delivers no current.
+        (request.0.coagulate, request.0.stroke_mm) = (true, 1.0);
         for _ in 0..steps {
             app.world_mut().write_message(TissueContact {
                 tissue,
