@@ -237,12 +237,17 @@ fn details(ui: &mut Ui, catalogue: &mut Catalogue, history: &History, lock: Opti
                 None => "none",
             };
             let dye = if exercise.marked.dyed { "" } else { ", not dyed" };
+            let marked = if exercise.asks_for_tissue() {
+                format!("{:.1} ml{dye}", sketch.marked_ml)
+            } else {
+                "nothing is to be cut".into()
+            };
             let of_mod = entry.of_mod.iter().map(|title| ("Mod", title.clone()));
             let rows = [
                 ("Case", loaded.case.name.clone()),
                 ("Volume", format!("{:.0} ml", sketch.volume_ml)),
                 ("Adenoma", format!("{:.0} ml", sketch.adenoma_ml)),
-                ("Marked", format!("{:.1} ml{dye}", sketch.marked_ml)),
+                ("Marked", marked),
                 ("Size", format!("{length:.0} × {across:.0} × {height:.0} mm")),
                 ("Time", clock(exercise.limits.time_s)),
                 ("Fluids", blood.into()),

@@ -120,7 +120,7 @@ fn show(
                 let actions = match progress.away {
                     Some(way) => vec![action(way)],
                     None if progress.is_blind => FROM_TISSUE.to_vec(),
-                    None => step.until.actions().to_vec(),
+                    None => [step.until.actions(), &step.also].concat(),
                 };
                 let actions: Vec<_> = actions
                     .into_iter()

@@ -154,7 +154,7 @@ pub fn ring(radius: f32, thickness: f32) -> Mesh {
 
 /// The beak: the lower third of a ring, `length` long towards `-Z`, its edge rounded off to the sides.
 pub fn beak(radius: f32, length: f32) -> Mesh {
-    const STEPS: usize = 24;
+    const STEPS: usize = 96;
     let mut shape = Shape::default();
     let mut before: Option<[u32; 2]> = None;
     for step in 0..=STEPS {

@@ -191,8 +191,9 @@ fn landmarks(case: &Case) -> Vec<(LandmarkMarker, Mesh, Vec3)> {
             Landmark::LeftOrifice | Landmark::RightOrifice => ([0.30, 0.55, 0.95], ball()),
         };
         let name = match landmark {
-            // From outside it is plain which is left.
-            Landmark::LeftOrifice | Landmark::RightOrifice => "ureteral orifice",
+            // Short: they stand beside each other at the edge of the view.
+            Landmark::LeftOrifice => "left orifice",
+            Landmark::RightOrifice => "right orifice",
             _ => landmark.name(),
         };
         let marker = LandmarkMarker {

@@ -1,12 +1,13 @@
 //! What the operator can do with the instrument.
 
 use bevy::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::InstrumentField;
 
 /// Something that the operator can do with the instrument. Settings files name it as it stands here.
-#[derive(Reflect, Serialize, Deserialize, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Reflect, Serialize, Deserialize, JsonSchema, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum InstrumentAction {
     /// Push the sheath towards the bladder.
     Advance,

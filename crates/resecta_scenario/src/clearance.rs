@@ -61,7 +61,8 @@ pub(crate) fn measure(
         answer.nearest = found.map(|found| found.on_capsule);
     }
     answer.sphincter_mm = active.case.landmarks.external_sphincter.map(|place| {
-        let shift = |point: &Vec3| tissue.map_or(0.0, |tissue| drawn_along(tissue.solver(), *point));
+        let about = tissue.map_or_else(Vec::new, |tissue| nodes_about(tissue.solver(), &wire));
+        let shift = |point: &Vec3| tissue.map_or(0.0, |tissue| drawn_along(tissue.solver(), &about, *point));
         let at_rest = wire.iter().map(|point| point.z - shift(point));
         at_rest.fold(f32::INFINITY, f32::min) - radius - place.z as f32
     });
@@ -72,10 +73,21 @@ pub(crate) fn measure(
 /// 2 mm apart, and what is far off says nothing of what the wire meets.
 const ABOUT_MM: [f32; 2] = [3.0, 10.0];
 
-/// How far the tissue about a point has been pushed upwards along the axis, mm.
-fn drawn_along(tissue: &resecta_solver::Tissue, point: Vec3) -> f32 {
-    let nodes = (0..tissue.node_count() as u32).filter(|&node| tissue.is_node_alive(node));
-    let far = nodes.map(|node| (node, tissue.position(node).distance_squared(point)));
+/// The nodes that may count for points of a line.
+fn nodes_about(tissue: &resecta_solver::Tissue, line: &[Vec3]) -> Vec<u32> {
+    let middle = line.iter().sum::<Vec3>() / line.len().max(1) as f32;
+    let radius = line.iter().map(|point| point.distance(middle)).fold(0.0, f32::max);
+    let reach = (radius + ABOUT_MM[1]).powi(2);
+    let is_near = |node: &u32| tissue.position(*node).distance_squared(middle) < reach;
+    let nodes = (0..tissue.node_count() as u32).filter(is_near);
+    nodes.filter(|&node| tissue.is_node_alive(node)).collect()
+}
+
+/// How far the tissue about a point has been pushed upwards along the axis, mm, as the nearest of some nodes was.
+fn drawn_along(tissue: &resecta_solver::Tissue, about: &[u32], point: Vec3) -> f32 {
+    let far = about
+        .iter()
+        .map(|&node| (node, tissue.position(node).distance_squared(point)));
     let Some((node, far)) = far.min_by(|a, b| a.1.total_cmp(&b.1)) else {
         return 0.0;
     };
@@ -136,9 +148,10 @@ mod tests {
             let place = tissue.position(node) + pushed;
             tissue.set_position(node, place).unwrap();
         }
-        assert!((drawn_along(tissue, about + pushed) - 3.0).abs() < 1e-4);
-        let outside = -40.0 * Vec3::Y;
-        assert!(drawn_along(tissue, about + outside).abs() < 1e-6);
+        let drawn_along = |point| drawn_along(tissue, &nodes_about(tissue, &[point]), point);
+        assert!((drawn_along(about + pushed) - 3.0).abs() < 1e-4);
+        let outside = -60.0 * Vec3::Y;
+        assert_eq!(drawn_along(about + outside), 0.0);
     }
 
     #[test]

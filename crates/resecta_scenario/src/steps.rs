@@ -7,6 +7,7 @@
 //! way back too far, say, has not done it.
 
 use bevy::prelude::*;
+use resecta_instrument::InstrumentAction;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -37,6 +38,9 @@ pub struct Step {
     pub hint: String,
     /// What ends the step.
     pub until: Trigger,
+    /// What else the player does on the way, as in settings files: `TipUp` for one. Its keys are shown beside those of `until`.
+    #[serde(default)]
+    pub also: Vec<InstrumentAction>,
     /// What is done counts only while the wire is so near to the middle of a marked pentahedron, mm, at least 5: whoever is
     /// elsewhere is told the way back. Without it a step counts anywhere, as it does once nothing marked is left.
     #[serde(default)]
@@ -152,6 +156,7 @@ mod tests {
             say: "do it".into(),
             hint: String::new(),
             until,
+            also: Vec::new(),
             near_marked_mm: None,
             seeing_mm: None,
         }

@@ -240,7 +240,7 @@ fn side(ui: &mut Ui, map: &CutMap, deepest: f64, hovered: Option<(usize, usize)>
         ("Of what was marked", ml(sum(|cell| cell.marked_removed_mm3))),
         ("Still there", ml(sum(|cell| cell.marked_mm3 - cell.marked_removed_mm3))),
         (
-            "Nearest to the capsule",
+            "Nearest to the capsule, at rest",
             if nearest.is_finite() {
                 format!("{nearest:.1} mm")
             } else {

@@ -92,9 +92,10 @@ pub fn show(
         (words, mm.abs(), unless_in(Danger::of_capsule(mm)))
     });
     let end = verumontanum_mm(active);
-    let sphincter = clearance
-        .sphincter_mm
-        .map(|mm| ("to sphincter", mm, unless_in(Danger::of_sphincter(mm, end))));
+    let sphincter = clearance.sphincter_mm.map(|mm| {
+        let words = if mm < 0.0 { "below sphincter" } else { "to sphincter" };
+        (words, mm.abs(), unless_in(Danger::of_sphincter(mm, end)))
+    });
     let rows: Vec<_> = [capsule, sphincter]
         .into_iter()
         .flatten()
