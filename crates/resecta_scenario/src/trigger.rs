@@ -3,7 +3,7 @@
 //! Most triggers count from the moment their step began. Those with a time hold only while what they ask for is so, without a break.
 
 use resecta_anatomy::{Landmark, Zone};
-use resecta_instrument::{InstrumentAction, InstrumentField, InstrumentState};
+use resecta_instrument::{InstrumentAction, InstrumentField, InstrumentState, ResectoscopeGeometry};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -14,9 +14,6 @@ use crate::{
     metrics::{Metrics, StepObservation},
     sight::LandmarkObservation,
 };
-
-/// A loop that is less far out than this coagulates nothing for [`Trigger::Coagulated`], mm: our choice, more than its wire is thick.
-const COAGULATES_OUT_MM: f32 = 2.0;
 
 /// A part of the instrument that moves no faster than this rests, mm/s or degrees/s: our choice, a tenth of what held keys move it.
 const TREMOR_PER_S: f64 = 2.0;
@@ -95,7 +92,7 @@ pub enum Trigger {
         #[schemars(extend("exclusiveMinimum" = 0))]
         g: f64,
     },
-    /// The coagulating current flowed this long through a loop in contact with tissue and 2 mm out or more, s.
+    /// The coagulating current flowed this long through a loop in contact with tissue and more than 0.5 mm out, s.
     Coagulated {
         /// s.
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -268,9 +265,9 @@ impl Trigger {
         }
     }
 
-    /// Whether what is done now may count: a loop that is drawn in coagulates nothing that anybody sees.
+    /// Whether what is done now may count: a loop that is drawn in delivers no current.
     pub(crate) fn counts(&self, now: &Moment) -> bool {
-        !matches!(self, Trigger::Coagulated { .. }) || now.instrument.stroke_mm >= COAGULATES_OUT_MM
+        !matches!(self, Trigger::Coagulated { .. }) || now.instrument.stroke_mm > ResectoscopeGeometry::DRAWN_IN_MM
     }
 
     /// Moves the beginning of a way that is counted in one sense to where it would be longest.
