@@ -93,7 +93,7 @@ impl StepProgress {
         let near_mm = step.near_marked_mm.unwrap_or(f64::INFINITY);
         self.away = (observed.marked_way).filter(|way| f64::from(way.length()) > near_mm);
         self.is_blind = (step.seeing_mm.zip(observed.ahead_mm)).is_some_and(|(least_mm, mm)| mm < least_mm);
-        if self.away.is_some() || self.is_blind || !step.until.counts(&now) {
+        if self.away.is_some() || self.is_blind {
             from.pass_over(&before, &now);
             (self.held_s, self.rest_s) = (0.0, 0.0);
             return;
@@ -274,9 +274,9 @@ mod tests {
             observed.water.bladder_ml = bladder_ml;
             observed
         };
-        let coagulating = |loop_in_tissue| {
+        let coagulating = |current_in_tissue| {
             let mut observed = moved(|state| state.coagulate = true);
-            observed.loop_in_tissue = loop_in_tissue;
+            observed.current_in_tissue = current_in_tissue;
             observed
         };
         let begin = bladder(200.0);
@@ -401,7 +401,7 @@ mod tests {
         let progress = run(&advance, [at(20.0, 9.0), at(31.0, 1.0), at(31.0, 7.0)]);
         assert!(progress.done_at_s.len() == 1 && !progress.is_blind);
         let burn = |ahead_mm| StepObservation {
-            loop_in_tissue: true,
+            current_in_tissue: true,
             ahead_mm: Some(ahead_mm),
             ..with(InstrumentState {
                 stroke_mm: 5.0,
@@ -470,7 +470,7 @@ mod tests {
                 coagulate,
                 ..default()
             });
-            observed.loop_in_tissue = true;
+            observed.current_in_tissue = true;
             observed.marked_way = Some(Vec3::Z * way_mm);
             observed
         };
@@ -492,7 +492,8 @@ mod tests {
         assert_eq!(run(&coagulate, held).done_at_s.len(), 1);
         // A loop that is drawn in does not count, wherever it is.
         let mut drawn_in = at(5.0, 30.0, true);
-        drawn_in.instrument.stroke_mm = 0.0;
+        (drawn_in.instrument.stroke_mm, drawn_in.loop_in_tissue) = (0.0, true);
+        drawn_in.current_in_tissue = false;
         assert!(run(&coagulate, vec![drawn_in; 9]).done_at_s.is_empty());
         // Nothing marked is left: nobody is led back to it.
         let mut none_left = at(20.0, 60.0, false);

@@ -3,7 +3,7 @@
 //! Most triggers count from the moment their step began. Those with a time hold only while what they ask for is so, without a break.
 
 use resecta_anatomy::{Landmark, Zone};
-use resecta_instrument::{InstrumentAction, InstrumentField, InstrumentState, ResectoscopeGeometry};
+use resecta_instrument::{InstrumentAction, InstrumentField, InstrumentState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -92,7 +92,7 @@ pub enum Trigger {
         #[schemars(extend("exclusiveMinimum" = 0))]
         g: f64,
     },
-    /// The coagulating current flowed this long through a loop in contact with tissue and more than 0.5 mm out, s.
+    /// The coagulating current flowed this long through a loop in contact with tissue, s.
     Coagulated {
         /// s.
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -263,11 +263,6 @@ impl Trigger {
             Trigger::LoopIn { .. } => &[InstrumentField::Stroke],
             _ => &[],
         }
-    }
-
-    /// Whether what is done now may count: a loop that is drawn in delivers no current.
-    pub(crate) fn counts(&self, now: &Moment) -> bool {
-        !matches!(self, Trigger::Coagulated { .. }) || now.instrument.stroke_mm > ResectoscopeGeometry::DRAWN_IN_MM
     }
 
     /// Moves the beginning of a way that is counted in one sense to where it would be longest.

@@ -7,7 +7,8 @@ use super::StepObservation;
 /// Use of the two pedals so far.
 #[derive(Reflect, Debug, Clone, PartialEq, Default)]
 pub struct CurrentUse {
-    /// Time with current on while the loop neither touched nor removed tissue, s.
+    /// Time with current on while the loop neither touched nor removed tissue, s; one that is drawn in delivers none, whatever it
+    /// touches.
     pub without_contact_s: f64,
     /// Time with the coagulating current on, s. Of both pedals at once, cutting wins.
     pub coagulation_s: f64,
@@ -24,12 +25,12 @@ pub struct CurrentUse {
 impl CurrentUse {
     /// Takes one step into account.
     pub fn observe(&mut self, step: &StepObservation) {
-        if step.current() && !step.loop_in_tissue {
+        if step.current() && !step.current_in_tissue {
             self.without_contact_s += step.step_s;
         }
         if step.instrument.coagulate && !step.instrument.cut {
             self.coagulation_s += step.step_s;
-            if step.loop_in_tissue {
+            if step.current_in_tissue {
                 self.coagulation_in_contact_s += step.step_s;
             }
             if step.coagulates_vessel {

@@ -23,6 +23,8 @@ pub struct StepObservation {
     pub largest_depth_mm: f64,
     /// Whether the loop touched tissue or removed some.
     pub loop_in_tissue: bool,
+    /// Whether current flowed through the loop into tissue that it touched or removed. One that is drawn in delivers none.
+    pub current_in_tissue: bool,
     /// Whether the loop touched or cut the capsule while current flowed.
     pub current_on_capsule: bool,
     /// Whether the loop touched or cut tissue below the verumontanum while current flowed.
@@ -72,6 +74,7 @@ impl StepObservation {
         self.largest_depth_mm = self.largest_depth_mm.max(f64::from(contact.depth_mm));
         if contact.part == ToolPartKind::Loop {
             self.loop_in_tissue = true;
+            self.current_in_tissue |= contact.current;
             self.current_on_capsule |= contact.current && contact.kind == NodeKind::Capsule;
             self.current_below_verumontanum |= contact.current && distal.contains(contact.pentahedron);
         }
@@ -95,7 +98,7 @@ impl StepObservation {
         self.marked_removed_mm3 += of_marked.map(|(_, volume)| volume).sum::<f64>();
         self.capsule_cut_mm2 += resection.capsule_area_mm2;
         if by_loop {
-            self.loop_in_tissue = true;
+            (self.loop_in_tissue, self.current_in_tissue) = (true, true);
             self.current_on_capsule |= resection.capsule_area_mm2 > 0.0;
             self.current_below_verumontanum |= (resection.taken_mm3.iter()).any(|&(index, _)| distal.contains(index));
         }

@@ -102,7 +102,7 @@ metrics! {
     /// Separate times that the loop met tissue below the verumontanum with current on: touching or cutting it, at least 0.25 s
     /// apart. There the sphincter lies.
     SphincterInjuries = "sphincter_injuries", "Sphincter injuries", "1", Less;
-    /// Time with current on while the loop neither touched nor removed tissue.
+    /// Time with current on while the loop neither touched nor removed tissue, or was drawn in.
     CurrentWithoutContact = "current_without_contact_s", "Current without contact", "s", Less;
     /// Time with the coagulating current on.
     Coagulation = "coagulation_s", "Coagulation", "s", Neither;
