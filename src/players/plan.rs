@@ -36,6 +36,8 @@ pub struct Manner {
     pub pull_mm_per_s: f32,
     /// Speed of everything else, as a share of what the instrument allows.
     pub haste: f32,
+    /// How far the loop is left out while it is brought somewhere, mm: one that is drawn in delivers no current.
+    pub carried_out_mm: f32,
     /// Whether the pedal goes down only in tissue, or on the whole way.
     pub current_in_tissue: bool,
     /// Whether bleeders are closed.
@@ -60,6 +62,7 @@ impl Manner {
             trims: true,
             pull_mm_per_s: 30.0,
             haste: 0.6,
+            carried_out_mm: 0.0,
             current_in_tissue: true,
             coagulates: true,
             minds_water: true,
@@ -81,6 +84,7 @@ impl Manner {
             trims: false,
             pull_mm_per_s: 30.0,
             haste: 0.7,
+            carried_out_mm: 3.0,
             current_in_tissue: false,
             coagulates: false,
             minds_water: false,

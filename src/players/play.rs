@@ -59,7 +59,7 @@ const FLUSH_MM: f64 = 8.0;
 /// What a player is about.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Doing {
-    /// The sheath goes to where the next stroke begins, the loop drawn in.
+    /// The sheath goes to where the next stroke begins, the loop drawn in as far as the manner has it.
     Reach,
     /// The loop goes out over the tissue.
     Extend,
@@ -197,7 +197,7 @@ impl Play {
                     let lift = if self.doing == Doing::Lower { 0.0 } else { LIFT_MM };
                     let mut to = hold(scope, now, place - outwards * lift, outwards, way_mm);
                     if self.doing == Doing::Reach {
-                        to.stroke_mm = 0.0;
+                        to.stroke_mm = manner.carried_out_mm;
                     }
                     let mut next = go(&to);
                     // A heavy foot is down on the whole way.
@@ -252,8 +252,9 @@ impl Play {
             }
             Doing::Look(waited_s) => {
                 self.doing = self.decide(now, scope, senses, waited_s, step_s);
+                let drawn_in_mm = scope.limits.stroke_mm.max_speed * manner.haste * step_s;
                 InstrumentState {
-                    stroke_mm: (now.stroke_mm - scope.limits.stroke_mm.max_speed * manner.haste * step_s).max(0.0),
+                    stroke_mm: (now.stroke_mm - drawn_in_mm).max(manner.carried_out_mm),
                     ..released
                 }
             }
@@ -356,7 +357,7 @@ impl Play {
     ) -> Doing {
         let manner = &self.manner;
         // The loop comes in first: it hides what is behind it.
-        if now.stroke_mm > 0.0 && waited_s == 0.0 {
+        if now.stroke_mm > manner.carried_out_mm && waited_s == 0.0 {
             return Doing::Look(0.0);
         }
         if manner.coagulates
