@@ -244,7 +244,12 @@ fn key(app: &mut App, key_code: KeyCode, logical_key: Key, pressed: ButtonState)
 
 #[test]
 fn a_press_acts_in_the_fixed_step_of_the_frame_that_it_comes_in() {
-    let (mut app, instrument) = in_hand(default());
+    // Out: a loop that is drawn in delivers no current.
+    let out_mm = 5.0;
+    let (mut app, instrument) = in_hand(InstrumentState {
+        stroke_mm: out_mm,
+        ..default()
+    });
     let f = || Key::Character("f".into());
     key(&mut app, KeyCode::KeyF, f(), ButtonState::Pressed);
     app.update();
@@ -257,7 +262,7 @@ fn a_press_acts_in_the_fixed_step_of_the_frame_that_it_comes_in() {
     key(&mut app, KeyCode::Space, Key::Space, ButtonState::Pressed);
     app.update();
     let step_s = 1.0 / 60.0;
-    let moved_mm = state(&app, instrument).stroke_mm;
+    let moved_mm = state(&app, instrument).stroke_mm - out_mm;
     let expected_mm = InstrumentBindings::default().stroke.held_per_s * step_s;
     assert!((moved_mm - expected_mm).abs() < 1e-4, "{moved_mm} mm in its first step");
 }
