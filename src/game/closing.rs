@@ -43,7 +43,7 @@ struct Closing {
     told_s: f32,
     /// Whether one is under the loop and on its way to be closed.
     is_under_way: bool,
-    /// For how long the current has met none while some bleed, s.
+    /// For how long the current has met none while some bleed, or has flowed into a loop that is drawn in, s.
     in_vain_s: f32,
     /// Whether the loop is drawn in.
     is_drawn_in: bool,
@@ -105,7 +105,7 @@ fn notice(
     };
     let coagulates = state.coagulate && !state.cut;
     let is_under_way = coagulates && vessels.open().any(|vessel| vessel.dwell_s > 0.0);
-    let is_drawn_in = state.stroke_mm <= ResectoscopeGeometry::DRAWN_IN_MM;
+    let is_drawn_in = ResectoscopeGeometry::is_drawn_in(state.stroke_mm);
     // A step that asks for brown tissue is told by its bar how that goes: no word of vessels beside it.
     let asked = active.as_ref().zip(progress).and_then(|(active, progress)| {
         let step = progress.current(&active.exercise)?;

@@ -234,8 +234,8 @@ fn water(
     let pressure = bladder.pressure_cmh2o();
     let view = turbidity.map_or(1.0, Turbidity::visibility);
     // What is nearer is seen better: without the distance a low share beside a good picture of something near reads as an error.
-    let seen_mm = turbidity.map_or(TurbiditySettings::default(), |turbidity| turbidity.settings);
-    let clear = format!("Clear at {:.0} mm", seen_mm.view_distance_mm);
+    let settings = turbidity.map_or(TurbiditySettings::default(), |turbidity| turbidity.settings);
+    let clear = format!("Clear at {:.0} mm", settings.view_distance_mm);
     let absorbed = metrics.value(MetricId::Absorbed);
     let taps = irrigation.map_or([0.0; 2], |taps| [taps.inflow_tap, taps.outflow_tap]);
     let [inflow, outflow] = taps.map(|open| {

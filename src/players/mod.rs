@@ -4,7 +4,8 @@
 //!
 //! They know what a person at the game knows, and no more: the case's slices and landmarks (the plan in `plan.rs` is made of them
 //! before the run), where their own hands hold the instrument, whether the loop is in tissue and how far it is
-//! from the capsule and from the sphincter, the pressure on the panel, how clear the view is, and the bleeders that the lens has before it (`senses.rs`).
+//! from the capsule and from the sphincter, the pressure on the panel, how clear the view is, and the bleeders that the lens has
+//! before it (`senses.rs`).
 //! They move the instrument through
 //! [`InstrumentRequest`](resecta_instrument::InstrumentRequest), as anybody's system may. What sets them apart are the numbers of
 //! a [`Manner`]. They are no model of a surgeon.

@@ -73,7 +73,12 @@ impl ResectoscopeGeometry {
 
     /// A loop that is out no further than this is drawn in: its wire lies at the sheath's rim and its current meets no tissue, mm.
     /// Ours: what the deepest point of the loop reaches beyond the sheath.
-    pub const DRAWN_IN_MM: f32 = 0.5;
+    const DRAWN_IN_MM: f32 = 0.5;
+
+    /// Whether a loop that is so far out, mm, is drawn in.
+    pub fn is_drawn_in(stroke_mm: f32) -> bool {
+        stroke_mm <= Self::DRAWN_IN_MM
+    }
 
     /// Whether the sheath or its beak hides a point from the lens; the way from the lens to it in the frame of the instrument.
     pub(crate) fn hides(&self, way: Vec3) -> bool {

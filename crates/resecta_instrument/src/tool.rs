@@ -47,7 +47,7 @@ impl Resectoscope {
     /// is drawn in delivers none, but a step that draws it in cuts to its end: that sets a chip free at the sheath's rim.
     pub fn write_tool(&self, state: &InstrumentState, tool: &mut TissueTool) {
         let cutter = self.geometry.cutter(state.stroke_mm);
-        let is_out = |cutter: &LoopCutter| -cutter.centre.z > ResectoscopeGeometry::DRAWN_IN_MM;
+        let is_out = |cutter: &LoopCutter| !ResectoscopeGeometry::is_drawn_in(-cutter.centre.z);
         let delivers = is_out(&cutter) || tool.cutter.as_ref().is_some_and(is_out);
         tool.parts = self.geometry.tool_parts(state.stroke_mm);
         tool.cutter = Some(cutter);

@@ -96,7 +96,7 @@ fn look(
         None => {
             let lens = scope.lens_pose(state);
             let (eye, ahead) = (Vec3::from(lens.translation), lens.rotation * Vec3::NEG_Z);
-            let hit = sight.first_hit_mm(eye, ahead).filter(|hit| *hit < FAR_MM);
+            let hit = sight.ahead_mm().filter(|hit| *hit < FAR_MM);
             let met = match (hit, sight.rays.tissue(active.tissue)) {
                 (Some(hit), Some(tissue)) => name_of(&active, tissue, eye + hit * ahead),
                 _ => beyond(&active, eye + 0.5 * FAR_MM * ahead),
@@ -139,7 +139,7 @@ fn name_of(active: &ActiveExercise, tissue: &Tissue, place: Vec3) -> &'static st
     };
     let at_rest = solver.rest_centroid(nearest).as_dvec3();
     let is_left = active.walls.hour(at_rest) < 6.0;
-    // Walls are of the gland at rest, and the sheath pushes tissue by more than a wall of the capsule is thick.
+    // Walls are of the gland at rest, and the sheath pushes tissue by more than [`CAPSULE_MM`].
     let pushed = solver.centroid(nearest) - solver.rest_centroid(nearest);
     if active.walls.capsule_mm((place - pushed).as_dvec3()) < CAPSULE_MM {
         return "capsule";

@@ -254,7 +254,7 @@ fn show(
             map::show(&painter, area, &active, &held, parts.slice);
         }
     }
-    let is_drawn_in = state.stroke_mm <= ResectoscopeGeometry::DRAWN_IN_MM;
+    let is_drawn_in = ResectoscopeGeometry::is_drawn_in(state.stroke_mm);
     distances::show(&painter, places.distances, &active, (&clearance, is_drawn_in), &parts);
     Ok(())
 }
