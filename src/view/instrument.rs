@@ -17,13 +17,13 @@ use super::{
 /// How much longer than the loop's stroke its arms are, mm, so that their ends never come out of the sheath.
 const ARM_SPARE_MM: f32 = 10.0;
 
-/// The arms are drawn so much before what lies at their depth, in steps of depth (`ViewMaterial::nearer`): by one to four parts in a
-/// hundred of the way, a few tenths of a mm. Tissue pressed aside by them meets them in large triangles, which would show as teeth.
-const ARMS_NEARER: i32 = 20_000;
+/// The arms cover what lies so little before them, per cent of the way (`ViewMaterial::nearer_percent`): some tenths of a mm. Tissue
+/// pressed aside by them meets them in large triangles, which would show as teeth.
+const ARMS_NEARER: u32 = 30;
 
 /// The same for the beak in the lens's picture: what lies less than half as far away still covers it. Tissue that the sheath stretches
 /// cuts through the beak in large triangles, for nothing collides with it.
-const BEAK_NEARER: i32 = 1 << 22;
+const BEAK_NEARER: u32 = 100;
 
 pub fn plugin(app: &mut App) {
     app.add_systems(Update, add_bodies.in_set(ViewSystems::Dress))
@@ -73,7 +73,7 @@ fn add_bodies(
         let is_ghost = ghost.is_some();
         let geometry = &scope.geometry;
         // Seen by the lens, and from outside.
-        let mut material = |colour: LinearRgba, gloss, sharpness, nearer: [i32; 2]| {
+        let mut material = |colour: LinearRgba, gloss, sharpness, nearer_percent: [u32; 2]| {
             let look = Look {
                 colour: if is_ghost {
                     palette::GHOST.with_alpha(GHOST_SHARE)
@@ -85,18 +85,18 @@ fn add_bodies(
                 glow: if is_ghost { 0.35 } else { 0.0 },
                 ..default()
             };
-            let [inside, outside] = nearer;
-            [(look.clone().under_lamp(), inside), (look, outside)].map(|(look, nearer)| {
+            let [inside, outside] = nearer_percent;
+            [(look.clone().under_lamp(), inside), (look, outside)].map(|(look, nearer_percent)| {
                 materials.add(ViewMaterial {
                     cover: if is_ghost { Cover::Among } else { Cover::Opaque },
-                    nearer,
+                    nearer_percent,
                     ..look.into()
                 })
             })
         };
         let steel = material(palette::STEEL, 0.8, 40.0, [0, 0]);
         let black = material(palette::BEAK, 0.35, 25.0, [BEAK_NEARER, 0]);
-        let insulation = material(palette::INSULATION, 0.3, 20.0, [ARMS_NEARER, ARMS_NEARER]);
+        let insulation = material(palette::INSULATION, 0.3, 20.0, [ARMS_NEARER, 0]);
         let wire = material(palette::STEEL, 1.0, 30.0, [0, 0]);
 
         commands

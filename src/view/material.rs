@@ -10,15 +10,19 @@ use bevy::{
     render::render_resource::{
         AsBindGroup, CompareFunction, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError,
     },
-    shader::{ShaderRef, load_shader_library},
+    shader::{ShaderDefVal, ShaderRef, load_shader_library},
 };
 use resecta_anatomy::{BladderShape, Case, Landmark};
 
 pub fn plugin(app: &mut App) {
     load_shader_library!(app, "noise.wgsl");
+    embedded_asset!(app, "vertex.wgsl");
     embedded_asset!(app, "view.wgsl");
     app.add_plugins(MaterialPlugin::<ViewMaterial>::default());
 }
+
+/// Where vertices lie, in the picture and in the pass before it that finds what is nearest.
+const VERTEX_SHADER: &str = "embedded://resecta/view/vertex.wgsl";
 
 /// Half the widest field of view of any telescope, degrees. The mask hides what lies outside of the actual one; this only
 /// saves the work of lighting it.
@@ -36,8 +40,8 @@ pub struct ViewMaterial {
     pub anatomy: Anatomy,
     /// What it lets show through.
     pub cover: Cover,
-    /// Steps towards the viewer by which it wins over a surface at the same depth.
-    pub nearer: i32,
+    /// By how many per cent of its distance something may lie before it and is still covered by it; perspective views alone.
+    pub nearer_percent: u32,
 }
 
 /// What a [`ViewMaterial`] lets show through, by the alpha of colour and vertex.
@@ -204,21 +208,29 @@ impl From<Look> for ViewMaterial {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct PipelineKey {
     cover: Cover,
-    nearer: i32,
+    nearer_percent: u32,
 }
 
 impl From<&ViewMaterial> for PipelineKey {
     fn from(material: &ViewMaterial) -> Self {
         PipelineKey {
             cover: material.cover,
-            nearer: material.nearer,
+            nearer_percent: material.nearer_percent,
         }
     }
 }
 
 impl Material for ViewMaterial {
+    fn vertex_shader() -> ShaderRef {
+        VERTEX_SHADER.into()
+    }
+
     fn fragment_shader() -> ShaderRef {
         "embedded://resecta/view/view.wgsl".into()
+    }
+
+    fn prepass_vertex_shader() -> ShaderRef {
+        VERTEX_SHADER.into()
     }
 
     fn alpha_mode(&self) -> AlphaMode {
@@ -240,11 +252,13 @@ impl Material for ViewMaterial {
     ) -> Result<(), SpecializedMeshPipelineError> {
         // Sections show the inside of closed surfaces.
         descriptor.primitive.cull_mode = None;
-        if let Some(depth) = &mut descriptor.depth_stencil {
-            depth.bias.constant = key.bind_group_data.nearer;
-            if key.bind_group_data.cover == Cover::Over {
-                depth.depth_compare = Some(CompareFunction::Always);
-            }
+        let key = key.bind_group_data;
+        let nearer = ShaderDefVal::UInt("NEARER_PERCENT".into(), key.nearer_percent);
+        descriptor.vertex.shader_defs.push(nearer);
+        if let Some(depth) = &mut descriptor.depth_stencil
+            && key.cover == Cover::Over
+        {
+            depth.depth_compare = Some(CompareFunction::Always);
         }
         Ok(())
     }

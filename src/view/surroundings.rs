@@ -130,7 +130,7 @@ fn surround(
                         ..default()
                     },
                     // Seen through tissue: a landmark that is hidden guides nobody.
-                    nearer: 1 << 20,
+                    nearer_percent: 15,
                     ..default()
                 };
                 gland.spawn((

@@ -364,7 +364,8 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     light += colour * vec3(0.16, 0.10, 0.09) * strength;
 
     let half_way = normalize(to_lamp - ray);
-    // Near the lens the sheen of a plain face would be a plain patch: the film of water is uneven.
+    // Near the lens the sheen of a plain face would be a plain white patch: the film of water is uneven, and shines in glints more than
+    // as a whole.
     if is_wet && distance < 16.0 && dot(normal, half_way) > 0.8 {
         let film = noise(rest * 3.1 + vec3(7.0, 23.0, 1.0)).xyz + 0.6 * noise(rest * 7.7).xyz;
         let near = 0.28 * (1.0 - smoothstep(7.0, 16.0, distance));
@@ -372,7 +373,8 @@ fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> Fragment
     }
     let highlight = pow(clamp(dot(normal, half_way), 0.0, 1.0), look.sharpness);
     let edge = pow(1.0 - clamp(dot(normal, -ray), 0.0, 1.0), 4.0);
-    light += vec3(1.0, 0.96, 0.92) * gloss * min(strength, 0.9) * (highlight * 0.7 + edge * 0.08);
+    let sheen = select(0.7, mix(0.2, 0.7, smoothstep(5.0, 16.0, distance)), is_wet);
+    light += vec3(1.0, 0.96, 0.92) * gloss * min(strength, 0.9) * (highlight * sheen + edge * 0.08);
     // Water clings to tissue: small bright glints over the broad sheen.
     if is_wet {
         let glint = pow(clamp(dot(normal, half_way), 0.0, 1.0), 6.0 * look.sharpness);
