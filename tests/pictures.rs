@@ -104,6 +104,14 @@ fn both_views_show_the_gland_and_what_a_cut_changes() {
         assert!((0.08..0.8).contains(&share), "{share} of the outside view is tissue");
     }
 
+    // Tissue that the arms press aside would cover one of them here and not there.
+    let arms = |from: u32, to: u32| share_of(before, |x, _| (from..to).contains(&x), is_insulation);
+    let [left, right] = [arms(120, 480), arms(480, 840)];
+    assert!(
+        left > 0.005 && (left / right - 1.0).abs() < 0.1,
+        "{left} of the left half is arm, {right} of the right half"
+    );
+
     // The cut runs below the middle of the field, where the loop hangs, and shows what is under the mucosa.
     let below = |x: u32, y: u32| (150..800).contains(&x) && (200..630).contains(&y);
     let [bare_before, bare_after] = [before, after].map(|picture| share_of(picture, below, is_cut));
@@ -127,6 +135,12 @@ fn in_field(x: u32, y: u32) -> bool {
 fn is_cut(Rgb([red, green, blue]): &Rgb<u8>) -> bool {
     let [red, green, blue] = [red, green, blue].map(|value| f64::from(*value));
     red > 80.0 && green > 0.5 * red && green < 0.95 * red && blue < green
+}
+
+/// The olive of the loop's arms: no tissue is as green.
+fn is_insulation(Rgb([red, green, blue]): &Rgb<u8>) -> bool {
+    let [red, green, blue] = [red, green, blue].map(|value| f64::from(*value));
+    green > 50.0 && green > 0.87 * red && green > 1.3 * blue
 }
 
 /// Red before green and blue, and neither black nor white.
