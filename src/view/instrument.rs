@@ -118,10 +118,7 @@ fn add_bodies(
                     }
                 };
                 part(sheath(geometry), &steel);
-                part(
-                    shapes::beak(geometry.sheath_diameter_mm * 0.46, ResectoscopeGeometry::BEAK_MM),
-                    &black,
-                );
+                part(shapes::beak(geometry), &black);
                 part(telescope(geometry), &black);
                 body.spawn((
                     SlidingLoop {

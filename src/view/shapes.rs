@@ -7,6 +7,7 @@ use bevy::{
     mesh::{Indices, PrimitiveTopology},
     prelude::*,
 };
+use resecta_instrument::ResectoscopeGeometry;
 
 /// Corners of a tube's cross-section.
 const SIDES: usize = 20;
@@ -152,9 +153,10 @@ pub fn ring(radius: f32, thickness: f32) -> Mesh {
     tube(&line, thickness)
 }
 
-/// The beak: the lower third of a ring, `length` long towards `-Z`, its edge rounded off to the sides.
-pub fn beak(radius: f32, length: f32) -> Mesh {
+/// The beak: the lower part of a ring, towards `-Z`, its edge rounded off to the sides.
+pub fn beak(geometry: &ResectoscopeGeometry) -> Mesh {
     const STEPS: usize = 96;
+    let [from_mm, to_mm] = geometry.beak_radii_mm();
     let mut shape = Shape::default();
     let mut before: Option<[u32; 2]> = None;
     for step in 0..=STEPS {
@@ -162,10 +164,10 @@ pub fn beak(radius: f32, length: f32) -> Mesh {
         let angle = PI * (1.1 + 0.8 * share);
         let (sin, cos) = angle.sin_cos();
         let outward = Vec3::new(cos, sin, 0.0);
-        let reach = length * (PI * share).sin().powf(0.6);
+        let reach_mm = ResectoscopeGeometry::beak_reach_mm(outward.truncate());
         let edge = [
-            shape.vertex(outward * radius, -outward),
-            shape.vertex(outward * radius * 0.94 - Vec3::Z * reach, -outward),
+            shape.vertex(outward * from_mm, -outward),
+            shape.vertex(outward * to_mm - Vec3::Z * reach_mm, -outward),
         ];
         if let Some(before) = before {
             shape.quad([before[0], edge[0], edge[1], before[1]]);

@@ -80,19 +80,40 @@ impl ResectoscopeGeometry {
         stroke_mm <= Self::DRAWN_IN_MM
     }
 
+    /// Distance of the beak from the sheath's axis where it begins, at the tip, and at its edge, mm: ours, it tapers a little.
+    pub fn beak_radii_mm(&self) -> [f32; 2] {
+        [0.46, 0.43].map(|share| share * self.sheath_diameter_mm)
+    }
+
+    /// How far the beak reaches beyond the tip, mm, in a direction across the axis (right and up): most below, nothing above.
+    pub fn beak_reach_mm(outward: Vec2) -> f32 {
+        // From one side of it to the other, over the lower two fifths of the ring.
+        let from_below = (-outward.y).atan2(outward.x) / PI - 0.5;
+        let share = from_below / 0.8 + 0.5;
+        if (0.0..=1.0).contains(&share) {
+            Self::BEAK_MM * (PI * share).sin().max(0.0).powf(0.6)
+        } else {
+            0.0
+        }
+    }
+
     /// Whether the sheath or its beak hides a point from the lens; the way from the lens to it in the frame of the instrument.
     pub(crate) fn hides(&self, way: Vec3) -> bool {
-        let (radius, lens) = (self.sheath_diameter_mm / 2.0, Vec3::Y * self.telescope_offset_mm);
-        // Where the way leaves the sheath's cylinder: |lens + t way| = radius across the axis.
-        let (across, from) = (way.truncate(), lens.truncate());
-        let (a, b, c) = (
-            across.length_squared(),
-            across.dot(from),
-            from.length_squared() - radius * radius,
-        );
-        let leaves = lens + way * ((b * b - a * c).sqrt() - b) / a;
-        let is_low = leaves.y < -0.5 * radius;
-        leaves.is_finite() && (leaves.z > 0.0 || is_low && leaves.z > -Self::BEAK_MM)
+        let lens = Vec3::Y * self.telescope_offset_mm;
+        // Where the way leaves a cylinder about the axis: |lens + t way| = radius across it.
+        let leaves = |radius: f32| {
+            let (across, from) = (way.truncate(), lens.truncate());
+            let (a, b, c) = (
+                across.length_squared(),
+                across.dot(from),
+                from.length_squared() - radius * radius,
+            );
+            Some(lens + way * ((b * b - a * c).sqrt() - b) / a).filter(|place| place.is_finite())
+        };
+        let [_, edge] = self.beak_radii_mm();
+        let is_behind_tip = leaves(self.sheath_diameter_mm / 2.0).is_some_and(|place| place.z > 0.0);
+        let is_under_beak = leaves(edge).is_some_and(|place| -place.z < Self::beak_reach_mm(place.truncate()));
+        is_behind_tip || is_under_beak
     }
 
     /// The sheath as a capsule: its middle line from the outer end to one radius behind the tip, so that the round cap
@@ -139,8 +160,15 @@ mod tests {
         let hides = |way: [f32; 3]| ResectoscopeGeometry::default().hides(way.into());
         // Straight ahead, over the beak's end, and above.
         assert!(!hides([0.0, 0.0, -20.0]) && !hides([0.0, -6.0, -6.0]) && !hides([0.0, 6.0, -2.0]));
-        // Under the beak, and behind the tip.
-        assert!(hides([0.0, -8.0, -2.0]) && hides([8.0, 0.0, 2.0]));
+        // Under the beak, just under its edge, and behind the tip.
+        assert!(hides([0.0, -8.0, -2.0]) && hides([0.0, -4.9, -2.6]) && hides([8.0, 0.0, 2.0]));
+        assert_eq!(
+            ResectoscopeGeometry::beak_reach_mm(Vec2::NEG_Y),
+            ResectoscopeGeometry::BEAK_MM
+        );
+        for aside in [Vec2::Y, Vec2::X, Vec2::NEG_X, Vec2::new(1.0, -0.3)] {
+            assert_eq!(ResectoscopeGeometry::beak_reach_mm(aside), 0.0, "{aside}");
+        }
         // The beak is below alone.
         assert!(!hides([8.0, 0.0, -2.0]));
     }
