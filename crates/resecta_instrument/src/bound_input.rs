@@ -148,7 +148,7 @@ impl<'de> Deserialize<'de> for BoundInput {
 impl fmt::Display for BoundInput {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            BoundInput::Key(key) => formatter.write_str(&words(&format!("{key:?}"))),
+            BoundInput::Key(key) => formatter.write_str(&key_name(&format!("{key:?}"))),
             BoundInput::Button(button) => {
                 write!(formatter, "{} mouse button", words(&format!("{button:?}")))
             }
@@ -197,12 +197,23 @@ fn stick(axis: GamepadAxis, [along_x, along_y]: [&str; 2]) -> String {
     }
 }
 
-/// `KeyW` as `W`, `Digit1` as `1`, `ShiftLeft` as `Shift Left`.
-fn words(name: &str) -> String {
+/// `KeyW` as `W`, `Digit1` as `1`, `ArrowUp` as `Arrow Up`, `ShiftLeft` as people say it, `Left Shift`.
+fn key_name(name: &str) -> String {
     let name = name
         .strip_prefix("Key")
         .or_else(|| name.strip_prefix("Digit"))
         .unwrap_or(name);
+    let of_two = ["Left", "Right"]
+        .into_iter()
+        .find_map(|side| Some((side, name.strip_suffix(side)?)));
+    match of_two.filter(|(_, key)| *key != "Arrow") {
+        Some((side, key)) => format!("{side} {}", words(key)),
+        None => words(name),
+    }
+}
+
+/// `NumpadAdd` as `Numpad Add`.
+fn words(name: &str) -> String {
     let mut words = String::new();
     for (index, letter) in name.char_indices() {
         if index > 0 && letter.is_uppercase() {
@@ -211,4 +222,24 @@ fn words(name: &str) -> String {
         words.push(letter);
     }
     words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_called_as_people_call_them() {
+        for (key, name) in [
+            (KeyCode::KeyW, "W"),
+            (KeyCode::Digit1, "1"),
+            (KeyCode::Space, "Space"),
+            (KeyCode::ArrowLeft, "Arrow Left"),
+            (KeyCode::ShiftLeft, "Left Shift"),
+            (KeyCode::ControlRight, "Right Control"),
+            (KeyCode::PageUp, "Page Up"),
+        ] {
+            assert_eq!(BoundInput::Key(key).to_string(), name);
+        }
+    }
 }
