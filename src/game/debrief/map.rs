@@ -32,7 +32,8 @@ pub fn show(ui: &mut Ui, active: &ActiveExercise, map: &CutMap) {
         let size = egui::vec2(width * 0.70, ui.available_height() - 14.0);
         let hovered = draw(ui, active, map, deepest, size);
         ui.add_space(14.0);
-        ui.vertical(|ui| side(ui, map, deepest, hovered));
+        let is_asked = active.exercise.asks_for_tissue();
+        ui.vertical(|ui| side(ui, map, deepest, hovered, is_asked));
     });
 }
 
@@ -58,7 +59,7 @@ fn draw(ui: &mut Ui, active: &ActiveExercise, map: &CutMap, deepest: f64, size: 
             if cell.whole_mm3 <= 0.0 {
                 continue;
             }
-            let ground = if cell.marked_mm3 > 0.0 {
+            let ground = if cell.marked_mm3 > 0.0 && active.exercise.asks_for_tissue() {
                 MARKED
             } else {
                 cell.zone().map_or(palette::CARD, zone_ground)
@@ -164,8 +165,8 @@ fn axes(painter: &egui::Painter, area: Rect, active: &ActiveExercise, map: &CutM
     );
 }
 
-/// Legend, totals, and the cell under the pointer.
-fn side(ui: &mut Ui, map: &CutMap, deepest: f64, hovered: Option<(usize, usize)>) {
+/// Legend, totals, and the cell under the pointer; marks only where the exercise asks for tissue.
+fn side(ui: &mut Ui, map: &CutMap, deepest: f64, hovered: Option<(usize, usize)>, is_asked: bool) {
     ui.spacing_mut().item_spacing.y = 3.0;
     menu::caption(ui, "Depth below the urethra");
     let (area, _) = ui.allocate_exact_size(egui::vec2(ui.available_width().min(260.0), 16.0), Sense::hover());
@@ -209,12 +210,12 @@ fn side(ui: &mut Ui, map: &CutMap, deepest: f64, hovered: Option<(usize, usize)>
             ui.label(words);
         });
     }
-    for (words, colour) in [
-        ("marked, still there", MARKED),
+    let marked = is_asked.then_some(("marked, still there", MARKED));
+    for (words, colour) in marked.into_iter().chain([
         ("mostly middle lobe", zone_ground(Zone::MiddleLobe)),
         ("mostly lateral lobe", zone_ground(Zone::LateralLobe)),
         ("mostly peripheral zone", zone_ground(Zone::Peripheral)),
-    ] {
+    ]) {
         ui.horizontal(|ui| {
             let (area, _) = ui.allocate_exact_size(egui::vec2(18.0, 18.0), Sense::hover());
             ui.painter().rect_filled(area, 1.0, colour);
@@ -232,22 +233,24 @@ fn side(ui: &mut Ui, map: &CutMap, deepest: f64, hovered: Option<(usize, usize)>
     let sum = |of: fn(&CutCell) -> f64| -> f64 { map.cells.iter().map(of).sum() };
     let nearest = (map.cells.iter().filter_map(|cell| cell.capsule_mm)).fold(f64::INFINITY, f64::min);
     let ml = |mm3: f64| format!("{:.2} ml", mm3 / 1000.0);
-    let rows = [
+    let mut rows = vec![
         ("All", ml(map.removed_mm3())),
         ("Lateral lobes", ml(by_zone(Zone::LateralLobe))),
         ("Middle lobe", ml(by_zone(Zone::MiddleLobe))),
         ("Peripheral zone", ml(by_zone(Zone::Peripheral))),
-        ("Of what was marked", ml(sum(|cell| cell.marked_removed_mm3))),
-        ("Still there", ml(sum(|cell| cell.marked_mm3 - cell.marked_removed_mm3))),
-        (
-            "Nearest to the capsule, at rest",
-            if nearest.is_finite() {
-                format!("{nearest:.1} mm")
-            } else {
-                "nothing cut".into()
-            },
-        ),
     ];
+    if is_asked {
+        rows.push(("Of what was marked", ml(sum(|cell| cell.marked_removed_mm3))));
+        rows.push(("Still there", ml(sum(|cell| cell.marked_mm3 - cell.marked_removed_mm3))));
+    }
+    rows.push((
+        "Nearest to the capsule, at rest",
+        if nearest.is_finite() {
+            format!("{nearest:.1} mm")
+        } else {
+            "nothing cut".into()
+        },
+    ));
     grid(ui, "removed", &rows);
     ui.add_space(5.0);
     menu::caption(ui, "Under the pointer");
