@@ -119,7 +119,7 @@ fn over_views(
             painter.rect_filled(
                 rect.expand2(egui::vec2(3.0, 0.0)),
                 3.0,
-                palette::GROUND.gamma_multiply(0.6),
+                palette::GROUND.gamma_multiply(0.8),
             );
             shadowed(&painter, rect.min, Align2::LEFT_TOP, &landmark.name, LABEL_SIZE, colour);
         }
@@ -224,7 +224,10 @@ fn windows(
             Some(doubt) => menu::window(context, "Lose this run?", 300.0, beside, |ui| {
                 in_doubt(ui, doubt, metrics.elapsed_s(), lead, &mut flow);
             }),
-            None => menu::window(context, "Pause", 300.0, beside, |ui| pause(ui, lead, &mut flow)),
+            // Beside the step's card.
+            None => menu::window(context, "Pause", 300.0, beside + GUIDANCE, |ui| {
+                pause(ui, lead, &mut flow)
+            }),
         },
         _ => {}
     }

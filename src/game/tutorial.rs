@@ -6,14 +6,15 @@ use bevy_egui::{
     egui::{self, Align2, RichText, Stroke, vec2},
 };
 use resecta_instrument::{BoundInput, InstrumentAction, InstrumentBindings, InstrumentState};
-use resecta_scenario::{ActiveExercise, StepProgress};
+use resecta_scenario::{ActiveExercise, StepProgress, Trigger, metrics::StepObservation};
 
 use super::{
     flow::{GameFlow, Phase},
+    guidance::Shown,
     menu::{self, MenuSystems, UiZoom},
     palette,
     panel::PANEL_WIDTH,
-    way::{action, whither},
+    way::{action, in_sight, whither},
 };
 use crate::view::OutsideCamera;
 
@@ -26,6 +27,8 @@ const GAP: f32 = 8.0;
 const MARGIN: f32 = 12.0;
 /// What guidance takes at the right of the outside view, points.
 pub const GUIDANCE: f32 = 70.0;
+/// Size of what keys do, points: there and back are to have room in one line.
+const KEY_SIZE: f32 = 13.0;
 /// Up to so many actions are shown with all their keys.
 const FEW: usize = 2;
 /// What leads a lens away from tissue.
@@ -64,15 +67,16 @@ fn show(
     mut contexts: EguiContexts,
     flow: Res<GameFlow>,
     active: Option<Res<ActiveExercise>>,
-    progress: Res<StepProgress>,
-    done: Res<JustDone>,
+    (progress, observed): (Res<StepProgress>, Res<StepObservation>),
+    (done, shown): (Res<JustDone>, Res<Shown>),
     bindings: Res<InstrumentBindings>,
     pads: Query<(), With<Gamepad>>,
     zoom: Res<UiZoom>,
     outsides: Query<&Camera, With<OutsideCamera>>,
     instruments: Query<&InstrumentState>,
 ) -> Result {
-    if flow.phase != Phase::Playing || flow.help {
+    // Whoever reads in peace pauses.
+    if !matches!(flow.phase, Phase::Playing | Phase::Paused) || flow.help {
         return Ok(());
     }
     let Some(active) = active else { return Ok(()) };
@@ -126,24 +130,16 @@ fn show(
                     .into_iter()
                     .filter(|&action| !is_at_end(action, state))
                     .collect();
-                // Where many things can be done, the first key of each: the card is not to hide the view.
-                let most = if actions.len() > FEW { 1 } else { usize::MAX };
                 ui.horizontal_wrapped(|ui| {
-                    for (number, action) in actions.into_iter().enumerate() {
+                    for (number, (caps, label)) in keys_of(&actions, &bindings, has_pad).into_iter().enumerate() {
                         // Keys and what they do stay on one line.
-                        let row = bindings.rows.iter().find(|row| row.action == action);
-                        let inputs = row.into_iter().flat_map(|row| &row.inputs);
-                        let (pads, keys): (Vec<_>, Vec<_>) = inputs.partition(|input| input.is_pad());
-                        let pads = pads.into_iter().take(if has_pad { most } else { 0 });
-                        let inputs = keys.into_iter().take(most).chain(pads);
-                        let caps: Vec<String> = inputs.map(BoundInput::to_string).collect();
-                        if number > 0 && ui.available_size_before_wrap().x < width_of(ui, &caps, action.label()) {
+                        if number > 0 && ui.available_size_before_wrap().x < width_of(ui, &caps, &label) {
                             ui.end_row();
                         }
                         for cap in &caps {
                             menu::key_cap(ui, cap);
                         }
-                        ui.label(RichText::new(action.label()).color(palette::WEAK));
+                        ui.label(RichText::new(label).size(KEY_SIZE).color(palette::WEAK));
                         ui.add_space(4.0);
                     }
                 });
@@ -153,6 +149,13 @@ fn show(
                 } else if progress.is_blind {
                     let blind = "Not blind: the lens is too near to tissue to see anything";
                     ui.label(RichText::new(blind).strong().color(palette::CAREFUL));
+                } else if let Some(landmark) = observed.landmark.filter(|_| shown.names_landmarks()) {
+                    let (words, is_good) = match step.until {
+                        Trigger::LookedAt { .. } => (in_sight(&landmark), landmark.unseen.is_none()),
+                        _ => (format!("It is {}", whither(landmark.from_tip)), false),
+                    };
+                    let colour = if is_good { palette::GOOD } else { palette::FOCUS };
+                    ui.label(RichText::new(words).strong().color(colour));
                 }
                 if !step.hint.is_empty() {
                     ui.label(RichText::new(&step.hint).color(palette::WEAK));
@@ -169,9 +172,50 @@ fn show(
     Ok(())
 }
 
+/// Keys, and what they do. Where many things can be done, one key of each, there and back in one: the card is not to hide the view.
+fn keys_of(actions: &[InstrumentAction], bindings: &InstrumentBindings, has_pad: bool) -> Vec<(Vec<String>, String)> {
+    let is_many = actions.len() > FEW;
+    let caps = |action: InstrumentAction| -> Vec<String> {
+        let row = bindings.rows.iter().find(|row| row.action == action);
+        let inputs = row.into_iter().flat_map(|row| &row.inputs);
+        let (pads, mut others): (Vec<_>, Vec<_>) = inputs.partition(|input| input.is_pad());
+        if is_many {
+            // Keys have shorter names than what a mouse does.
+            others.sort_by_key(|input| !matches!(input, BoundInput::Key(_)));
+        }
+        let most = if is_many { 1 } else { usize::MAX };
+        let pads = pads.into_iter().take(if has_pad { most } else { 0 });
+        let inputs = others.into_iter().take(most).chain(pads);
+        inputs.map(|input| input.to_string()).collect()
+    };
+    let field = |action: InstrumentAction| action.movement().map(|(field, _)| field);
+    let groups = actions.chunk_by(|a, b| is_many && field(*a).is_some() && field(*a) == field(*b));
+    groups
+        .map(|group| {
+            let labels: Vec<_> = group.iter().map(|action| action.label()).collect();
+            (group.iter().copied().flat_map(caps).collect(), in_one(&labels))
+        })
+        .collect()
+}
+
+/// "Tip up" and "Tip down" as "Tip up, down".
+fn in_one(labels: &[&str]) -> String {
+    let [first, second] = labels else {
+        return labels.concat();
+    };
+    let (one, other): (Vec<_>, Vec<_>) = (first.split(' ').collect(), second.split(' ').collect());
+    let alike = |(a, b): &(&&str, &&str)| a == b;
+    let before = one.iter().zip(&other).take_while(alike).count();
+    let after = one.iter().rev().zip(other.iter().rev()).take_while(alike).count();
+    let between = other[before..other.len() - after].join(" ").to_lowercase();
+    let (head, tail) = one.split_at(one.len() - after);
+    let words = format!("{}, {between} {}", head.join(" "), tail.join(" "));
+    words.trim_end().to_owned()
+}
+
 /// What keys and the word behind them take of a line, points.
 fn width_of(ui: &egui::Ui, caps: &[String], label: &str) -> f32 {
-    let font = egui::TextStyle::Body.resolve(ui.style());
+    let font = egui::FontId::proportional(KEY_SIZE);
     let wide = |text: &str| {
         let galley = ui
             .painter()
@@ -191,5 +235,38 @@ fn is_at_end(action: InstrumentAction, state: Option<&InstrumentState>) -> bool 
         InstrumentAction::OutflowOpen => state.outflow_tap >= 1.0,
         InstrumentAction::OutflowClose => state.outflow_tap <= 0.0,
         _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_and_back_are_one_line_where_there_are_many() {
+        use InstrumentAction::{Advance, Cut, RollLeft, RollRight, TipDown, TipUp, Withdraw};
+        let bindings = InstrumentBindings::default();
+        let told = |actions: &[InstrumentAction]| {
+            let keys = keys_of(actions, &bindings, false);
+            keys.into_iter()
+                .map(|(caps, label)| format!("{}: {label}", caps.join(" ")))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(
+            told(&[Advance, Withdraw, TipUp, TipDown, RollLeft, RollRight, Cut]),
+            [
+                "W S: Advance, withdraw the sheath",
+                "Arrow Up Arrow Down: Tip up, down",
+                "Q E: Roll counter-clockwise, clockwise",
+                "F: Cutting pedal",
+            ]
+        );
+        assert_eq!(
+            told(&[Advance, Withdraw]),
+            [
+                "W Turn wheel up: Advance the sheath",
+                "S Turn wheel down: Withdraw the sheath"
+            ]
+        );
     }
 }

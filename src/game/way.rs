@@ -1,7 +1,8 @@
-//! A way through the gland in words: to a vessel, to the tissue that an exercise is about.
+//! A way through the gland in words: to a vessel, to the tissue that an exercise is about, to a landmark.
 
 use bevy::math::Vec3;
 use resecta_instrument::InstrumentAction;
+use resecta_scenario::{LandmarkObservation, Unseen};
 
 /// A way in the sheath's frame, mm (right, up and back), by its longest part: as the view has it, where the sheath is rolled.
 pub fn whither(way: Vec3) -> String {
@@ -21,6 +22,26 @@ pub fn action(way: Vec3) -> InstrumentAction {
     use InstrumentAction::{Advance, TipDown, TipLeft, TipRight, TipUp, Withdraw};
     let (size, [over, under]) = longest(way, [[TipRight, TipLeft], [TipUp, TipDown], [Withdraw, Advance]]);
     if size > 0.0 { over } else { under }
+}
+
+/// Where a landmark is that is to be looked at, and what is between.
+pub fn in_sight(landmark: &LandmarkObservation) -> String {
+    let way = landmark.from_lens;
+    match landmark.unseen {
+        None => "In the picture: hold it there".to_owned(),
+        Some(Unseen::OutOfField) if way.z > 0.0 => "You are past it: draw back".to_owned(),
+        Some(Unseen::OutOfField) => {
+            let aside = way.with_z(0.0);
+            let (size, [over, under]) = longest(aside, [["right", "left"], ["upper", "lower"], ["", ""]]);
+            format!(
+                "Out of the picture: beyond its {} rim",
+                if size > 0.0 { over } else { under }
+            )
+        }
+        Some(Unseen::InTheDark) => format!("{:.0} mm away: too far for the light", way.length()),
+        Some(Unseen::InMurk) => "Blood in the water hides it".to_owned(),
+        Some(Unseen::BehindTissue) => "Tissue is before it: move until it is free".to_owned(),
+    }
 }
 
 fn longest<T>(way: Vec3, words: [T; 3]) -> (f32, T) {
@@ -45,5 +66,25 @@ mod tests {
         }
         assert_eq!(action(Vec3::new(0.5, -1.0, 12.0)), InstrumentAction::Withdraw);
         assert_eq!(action(Vec3::new(0.5, -9.0, 2.0)), InstrumentAction::TipDown);
+    }
+
+    #[test]
+    fn where_a_landmark_is_and_what_is_between_is_told() {
+        let at = |way: [f32; 3], unseen| {
+            in_sight(&LandmarkObservation {
+                from_tip: Vec3::ZERO,
+                from_lens: way.into(),
+                unseen,
+            })
+        };
+        let aside = Some(Unseen::OutOfField);
+        assert_eq!(at([0.0, 0.0, -9.0], None), "In the picture: hold it there");
+        assert_eq!(at([1.0, 8.0, -9.0], aside), "Out of the picture: beyond its upper rim");
+        assert_eq!(at([-8.0, 1.0, -3.0], aside), "Out of the picture: beyond its left rim");
+        assert_eq!(at([-8.0, 1.0, 3.0], aside), "You are past it: draw back");
+        assert_eq!(
+            at([0.0, 0.0, -51.0], Some(Unseen::InTheDark)),
+            "51 mm away: too far for the light"
+        );
     }
 }

@@ -119,7 +119,7 @@ pub use resecta_text::Place;
 pub use run_log::{LogSample, RunLog, STEPS_A_SAMPLE};
 pub use score::{GoalState, PartScore, ScoreCard, ScoreLine};
 pub use shown::{Demonstration, ShownBy};
-pub use sight::{FAR_MM, LandmarkObservation, Sight};
+pub use sight::{FAR_MM, LandmarkObservation, Sight, Unseen};
 pub use state::{CapsulePerforated, EndReason, RunState};
 pub use steps::{Step, StepProgress};
 pub use template::{check_name, new_case, new_exercise, new_mod};

@@ -14,7 +14,7 @@ pub(crate) fn observe_marked_way(
     instruments: Query<(&InstrumentState, &Resectoscope)>,
     mut step: ResMut<StepObservation>,
 ) {
-    let present = (progress.current(&active.exercise)).map(|index| &active.exercise.steps[index]);
+    let present = progress.present(&active.exercise);
     if present.is_none_or(|present| present.near_marked_mm.is_none()) {
         return;
     }

@@ -12,7 +12,7 @@ use crate::{active::ActiveExercise, metrics::StepObservation, steps::StepProgres
 pub const FAR_MM: f32 = 45.0;
 /// How much nearer than a place tissue may be and not hide it, mm: landmarks and vessels are points on or under a surface.
 const UNDER_MM: f32 = 2.5;
-/// How far behind the lens, in the sheath, a ray begins that tells how far the lens sees, mm.
+/// How far behind the lens, in the sheath, a ray begins, mm.
 const BEHIND_LENS_MM: f32 = 2.0;
 /// Share of the light that has to come back from a place for it to be made out. Our choice: what is looked for, dark or mounded,
 /// is told in murk in which plain tissue is not.
@@ -30,20 +30,43 @@ pub struct Sight<'w, 's> {
     pub rays: TissueRays<'w, 's>,
 }
 
+/// Why a place is not made out through the lens: the first of these that is so.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unseen {
+    /// It is outside the round field, or the sheath's own beak is before it.
+    OutOfField,
+    /// The light does not reach so far.
+    InTheDark,
+    /// Blood in the water, or on the lens.
+    InMurk,
+    /// Tissue is before it.
+    BehindTissue,
+}
+
 impl Sight<'_, '_> {
     /// Whether a place, mm, is made out through the lens: in the round field, in the light, behind no tissue and not in murk.
     pub fn sees(&mut self, place: Vec3) -> bool {
-        let Some(active) = &self.active else { return false };
-        let Ok((state, scope)) = self.instruments.get(active.instrument) else {
-            return false;
+        self.unseen(place).is_none()
+    }
+
+    /// Why a place, mm, is not made out through the lens; none where it is. Without an instrument nothing is in the field.
+    pub fn unseen(&mut self, place: Vec3) -> Option<Unseen> {
+        let held = (self.active.as_ref()).and_then(|active| self.instruments.get(active.instrument).ok());
+        let Some((state, scope)) = held.filter(|(state, scope)| scope.has_in_field(state, place)) else {
+            return Some(Unseen::OutOfField);
         };
         let eye = Vec3::from(scope.lens_pose(state).translation);
         let way = place - eye;
         let far = way.length();
-        far < FAR_MM
-            && scope.has_in_field(state, place)
-            && self.light_from(far) >= LEAST_LIGHT
-            && (self.first_hit_mm(eye, way)).is_none_or(|hit| hit > far - UNDER_MM)
+        if far >= FAR_MM {
+            return Some(Unseen::InTheDark);
+        }
+        if self.light_from(far) < LEAST_LIGHT {
+            return Some(Unseen::InMurk);
+        }
+        let hit = self.first_hit_mm(eye, way);
+        hit.is_some_and(|hit| hit <= far - UNDER_MM)
+            .then_some(Unseen::BehindTissue)
     }
 
     /// How far the lens sees in the middle of its picture, mm, [`FAR_MM`] at most. None without an instrument that looks.
@@ -51,11 +74,15 @@ impl Sight<'_, '_> {
         let active = self.active.as_ref()?;
         let (state, scope) = self.instruments.get(active.instrument).ok()?;
         let lens = scope.lens_pose(state);
-        let ahead = lens.rotation * Vec3::NEG_Z;
-        // Tissue that a quick sheath runs into may lie about the lens for some steps: from there a ray meets it from within, far off.
-        let from = Vec3::from(lens.translation) - BEHIND_LENS_MM * ahead;
-        let hit = self.first_hit_mm(from, ahead);
-        Some(hit.map_or(FAR_MM, |hit| (hit - BEHIND_LENS_MM).clamp(0.0, FAR_MM)))
+        let hit = self.first_hit_past_lens_mm(lens.translation.into(), lens.rotation * Vec3::NEG_Z);
+        Some(hit.map_or(FAR_MM, |hit| hit.min(FAR_MM)))
+    }
+
+    /// How far from the lens a ray along a unit vector first meets tissue, mm; 0 where tissue lies about the lens, as it may for some
+    /// steps when a quick sheath runs into it: a ray from within would meet it far off.
+    fn first_hit_past_lens_mm(&mut self, eye: Vec3, along: Vec3) -> Option<f32> {
+        let hit = self.first_hit_mm(eye - BEHIND_LENS_MM * along, along)?;
+        Some((hit - BEHIND_LENS_MM).max(0.0))
     }
 
     /// How far from a place a ray first meets the exercise's tissue, mm.
@@ -76,9 +103,7 @@ impl Sight<'_, '_> {
 /// Measures how far the lens sees for a step that asks for it; nothing is done in one that does not.
 pub(crate) fn observe_ahead(progress: Res<StepProgress>, mut sight: Sight, mut step: ResMut<StepObservation>) {
     let is_asked = sight.active.as_ref().is_some_and(|active| {
-        let present = progress
-            .current(&active.exercise)
-            .map(|index| &active.exercise.steps[index]);
+        let present = progress.present(&active.exercise);
         present.is_some_and(|present| present.seeing_mm.is_some())
     });
     step.ahead_mm = is_asked.then(|| sight.ahead_mm()).flatten().map(f64::from);
@@ -87,23 +112,39 @@ pub(crate) fn observe_ahead(progress: Res<StepProgress>, mut sight: Sight, mut s
 /// How a landmark that the present step is about stands to the instrument.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LandmarkObservation {
+    /// The way to it from the middle of the sheath's tip, mm: right, up and back as the sheath is held.
+    pub from_tip: Vec3,
+    /// The way to it from the lens, mm: right, up and back as the picture has it.
+    pub from_lens: Vec3,
+    /// Why the lens does not see it; none where it does.
+    pub unseen: Option<Unseen>,
+}
+
+impl LandmarkObservation {
     /// Distance from the middle of the sheath's tip, mm.
-    pub tip_mm: f64,
-    /// Whether the lens sees it.
-    pub is_seen: bool,
+    pub fn tip_mm(&self) -> f64 {
+        self.from_tip.length().into()
+    }
 }
 
 /// Looks for the landmark that the present step asks for. Nothing is done in a step that asks for none.
 pub(crate) fn observe_landmark(progress: Res<StepProgress>, mut sight: Sight, mut step: ResMut<StepObservation>) {
     let wanted = sight.active.as_ref().and_then(|active| {
-        let until = &active.exercise.steps.get(progress.current(&active.exercise)?)?.until;
+        let until = &progress.present(&active.exercise)?.until;
         let place = until
             .landmark()
             .and_then(|landmark: Landmark| landmark.place(&active.case))?;
-        Some(place.as_vec3())
+        let (state, scope) = sight.instruments.get(active.instrument).ok()?;
+        let from = |pose: Isometry3d| pose.inverse() * place.as_vec3();
+        Some((
+            place.as_vec3(),
+            from(scope.sheath_pose(state)),
+            from(scope.lens_pose(state)),
+        ))
     });
-    step.landmark = wanted.map(|place| LandmarkObservation {
-        tip_mm: step.tip.distance(place).into(),
-        is_seen: sight.sees(place),
+    step.landmark = wanted.map(|(place, from_tip, from_lens)| LandmarkObservation {
+        from_tip,
+        from_lens,
+        unseen: sight.unseen(place),
     });
 }

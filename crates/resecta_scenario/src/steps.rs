@@ -82,6 +82,11 @@ impl StepProgress {
         (next < exercise.steps.len()).then_some(next)
     }
 
+    /// The present step of the exercise in play; none when all are done or there are none.
+    pub fn present<'a>(&self, exercise: &'a Exercise) -> Option<&'a Step> {
+        exercise.steps.get(self.done_at_s.len())
+    }
+
     /// Takes one fixed step into account, after the metrics. At most one step ends in it.
     pub fn observe(&mut self, steps: &[Step], observed: &StepObservation, metrics: &Metrics) {
         let Some(step) = steps.get(self.done_at_s.len()) else {
@@ -147,7 +152,7 @@ pub(crate) fn check(exercise: &Exercise, faults: &mut Faults) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sight::LandmarkObservation;
+    use crate::sight::{LandmarkObservation, Unseen};
     use resecta_anatomy::{Landmark, Zone};
     use resecta_instrument::InstrumentState;
 
@@ -165,6 +170,15 @@ mod tests {
     /// A fixed step with the instrument so.
     fn with(instrument: InstrumentState) -> StepObservation {
         StepObservation::idle(0.1, instrument, Vec3::ZERO)
+    }
+
+    /// A landmark so far ahead of the tip.
+    fn landmark(tip_mm: f32, unseen: Option<Unseen>) -> LandmarkObservation {
+        LandmarkObservation {
+            from_tip: Vec3::new(0.0, 0.0, -tip_mm),
+            from_lens: Vec3::new(0.0, 0.0, -tip_mm),
+            unseen,
+        }
     }
 
     fn run(steps: &[Step], observed: impl IntoIterator<Item = StepObservation>) -> StepProgress {
@@ -346,17 +360,11 @@ mod tests {
         let (good, bad) = (so(9.0, 0, 0.9), so(11.0, 1, 0.7));
         let (good, bad) = (
             StepObservation {
-                landmark: Some(LandmarkObservation {
-                    tip_mm: 20.0,
-                    is_seen: true,
-                }),
+                landmark: Some(landmark(20.0, None)),
                 ..good
             },
             StepObservation {
-                landmark: Some(LandmarkObservation {
-                    tip_mm: 20.0,
-                    is_seen: false,
-                }),
+                landmark: Some(landmark(20.0, Some(Unseen::BehindTissue))),
                 ..bad
             },
         );
@@ -423,7 +431,7 @@ mod tests {
         })];
         let at = |tip_mm| {
             let mut observed = with(InstrumentState::default());
-            observed.landmark = Some(LandmarkObservation { tip_mm, is_seen: false });
+            observed.landmark = Some(landmark(tip_mm, Some(Unseen::OutOfField)));
             observed
         };
         let progress = run(&steps, [at(40.0), at(16.0)]);

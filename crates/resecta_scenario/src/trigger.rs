@@ -246,7 +246,7 @@ impl Trigger {
     /// Whether what it asks for is so now; for triggers that want it for a time.
     pub(crate) fn holds(&self, now: &Moment) -> bool {
         match *self {
-            Trigger::LookedAt { .. } => now.landmark.is_some_and(|landmark| landmark.is_seen),
+            Trigger::LookedAt { .. } => now.landmark.is_some_and(|landmark| landmark.unseen.is_none()),
             Trigger::NothingBleeds { .. } => now.bleeders == 0,
             Trigger::PressureKept { cmh2o, .. } => now.pressure_cmh2o <= cmh2o,
             Trigger::ViewClear { share, .. } => now.visibility >= share,
@@ -286,7 +286,7 @@ impl Trigger {
             Trigger::Advanced { mm } => apart(is.insertion_mm, was.insertion_mm) / mm,
             Trigger::Withdrawn { mm } => apart(was.insertion_mm, is.insertion_mm) / mm,
             // From wherever the step began: how far that was from the landmark is not known then.
-            Trigger::Reached { mm, .. } => now.landmark.map_or(0.0, |landmark| mm / landmark.tip_mm),
+            Trigger::Reached { mm, .. } => now.landmark.map_or(0.0, |landmark| mm / landmark.tip_mm()),
             Trigger::Tilted { deg } => apart(is.pitch_deg, was.pitch_deg).hypot(apart(is.yaw_deg, was.yaw_deg)) / deg,
             Trigger::TipRaised { deg } => apart(is.pitch_deg, was.pitch_deg) / deg,
             Trigger::Rolled { deg } => apart(is.roll_deg, was.roll_deg).abs() / deg,

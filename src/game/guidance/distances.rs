@@ -1,9 +1,10 @@
 //! How far the loop is from the capsule and from the external sphincter, in numbers and colours.
 
 use bevy_egui::egui::{Align2, Color32, Painter, Rect, vec2};
+use resecta_instrument::ResectoscopeGeometry;
 use resecta_scenario::{ActiveExercise, LoopClearance};
 
-use super::{super::overlay::shadowed, super::palette, ground, skill::Parts};
+use super::{super::overlay::shadowed, super::palette, Held, ground, skill::Parts};
 
 /// Distance to the capsule below which to stop, mm: half the depth of a loop, as on the debriefing's map.
 const STOP_MM: f32 = 2.0;
@@ -75,19 +76,30 @@ fn verumontanum_mm(active: &ActiveExercise) -> f32 {
     height.filter(|height| *height > 0.0).unwrap_or(VERUMONTANUM_MM)
 }
 
+/// Whether a height is so far past the gland, in the bladder, that no stroke reaches the capsule from there.
+fn is_past_gland(active: &ActiveExercise, height_mm: f32) -> bool {
+    let heights = active.walls.heights_mm();
+    heights.is_some_and(|(_, last)| f64::from(height_mm - NEAR_MM) > last)
+}
+
 /// Draws the distances. A loop that is drawn in harms nothing.
 pub fn show(
     painter: &Painter,
     area: Rect,
     active: &ActiveExercise,
-    (clearance, is_drawn_in): (&LoopClearance, bool),
+    held: &Held,
+    clearance: &LoopClearance,
     parts: &Parts,
 ) {
     if parts.distances <= 0.0 {
         return;
     }
+    let is_drawn_in = ResectoscopeGeometry::is_drawn_in(held.state.stroke_mm);
     let unless_in = |danger| if is_drawn_in { Danger::Free } else { danger };
-    let capsule = clearance.capsule_mm.map(|mm| {
+    let capsule_mm = clearance
+        .capsule_mm
+        .filter(|_| !is_past_gland(active, held.height_mm()));
+    let capsule = capsule_mm.map(|mm| {
         let words = if mm <= -LEAST_TOLD_MM { OUTSIDE } else { CAPSULE };
         (words, mm.abs(), unless_in(Danger::of_capsule(mm)))
     });

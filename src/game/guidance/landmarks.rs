@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Painter, Stroke};
 use resecta_anatomy::{BladderShape, Landmark, Zone};
 use resecta_instrument::{InstrumentState, Resectoscope};
-use resecta_scenario::{ActiveExercise, FAR_MM, Sight};
+use resecta_scenario::{ActiveExercise, FAR_MM, LandmarkObservation, Sight, Unseen};
 use resecta_tissue::Tissue;
 
 use super::{super::overlay::shadowed, super::palette, Shown};
@@ -17,10 +17,23 @@ use crate::view::{ViewSystems, shown_at};
 /// Within this distance of the capsule a wall is called by it, mm.
 const CAPSULE_MM: f64 = 1.0;
 
+/// Up to this depth below the urethra a wall is its mucosa, mm.
+const MUCOSA_MM: f64 = 1.5;
+
+/// Within this distance of the verumontanum a wall is called by it, mm: about half of the mound's length.
+const MOUND_MM: f64 = 4.0;
+
 /// For how long, s, and how many rays in a row have to meet something else before the middle is called by that: at an edge they meet now
 /// this, now that.
 const STEADY_S: f32 = 0.3;
 const STEADY: u32 = 3;
+
+/// How much of its colour a landmark keeps that tissue or murk is before.
+const HIDDEN: f32 = 0.55;
+/// Where the head of an arrow to what is outside the picture is, and where its name ends, as shares of the radius; its length, points.
+const ARROW_AT: f32 = 0.97;
+const ARROW_NAME_AT: f32 = 0.76;
+const ARROW: f32 = 26.0;
 
 pub fn plugin(app: &mut App) {
     app.init_resource::<Seen>()
@@ -54,7 +67,7 @@ struct Instead {
 /// A landmark, and whether it is in view.
 #[derive(Debug, Clone, PartialEq)]
 struct Marked {
-    name: &'static str,
+    landmark: Landmark,
     place: Vec3,
     is_seen: bool,
 }
@@ -77,7 +90,7 @@ fn look(
             instrument: Some(active.instrument),
             landmarks: (places.into_iter().flatten())
                 .map(|(landmark, place)| Marked {
-                    name: landmark.name(),
+                    landmark,
                     place,
                     is_seen: false,
                 })
@@ -141,14 +154,20 @@ fn name_of(active: &ActiveExercise, tissue: &Tissue, place: Vec3) -> &'static st
     let is_left = active.walls.hour(at_rest) < 6.0;
     // Walls are of the gland at rest, and the sheath pushes tissue by more than [`CAPSULE_MM`].
     let pushed = solver.centroid(nearest) - solver.rest_centroid(nearest);
-    if active.walls.capsule_mm((place - pushed).as_dvec3()) < CAPSULE_MM {
+    let place = (place - pushed).as_dvec3();
+    // At the gland's ends the urethra comes near to it, and is in front.
+    if active.walls.capsule_mm(place) < CAPSULE_MM && active.walls.depth_mm(place) > MUCOSA_MM {
         return "capsule";
+    }
+    let verumontanum = active.case.landmarks.verumontanum;
+    if verumontanum.is_some_and(|mound| mound.distance(at_rest) < MOUND_MM) {
+        return Landmark::Verumontanum.name();
     }
     match solver.pentahedron_zone(nearest) {
         Zone::MiddleLobe => "middle lobe",
         Zone::LateralLobe if is_left => "left lateral lobe",
         Zone::LateralLobe => "right lateral lobe",
-        Zone::Peripheral => match active.case.landmarks.verumontanum {
+        Zone::Peripheral => match verumontanum {
             Some(verumontanum) if at_rest.z < verumontanum.z => "apex",
             _ => "peripheral zone",
         },
@@ -164,14 +183,31 @@ fn beyond(active: &ActiveExercise, place: Vec3) -> &'static str {
     }
 }
 
-/// Marks what is seen in the endoscope's picture and names it.
-pub fn show(painter: &Painter, camera: &Camera, eye: &GlobalTransform, zoom: f32, seen: &Seen, opacity: f32) {
+/// Marks what is seen in the endoscope's picture and names it. The landmark that the present step wants is marked behind tissue, too,
+/// fainter, and outside the picture by an arrow at the rim.
+pub fn show(
+    painter: &Painter,
+    camera: &Camera,
+    eye: &GlobalTransform,
+    zoom: f32,
+    (seen, wanted): (&Seen, Option<(Landmark, LandmarkObservation)>),
+    opacity: f32,
+) {
     let Some((centre, radius)) = round_field(camera, zoom) else {
         return;
     };
     let point = 1.0 / zoom;
     let colour = palette::FOCUS.gamma_multiply(opacity);
-    for sight in seen.landmarks.iter().filter(|sight| sight.is_seen) {
+    for sight in &seen.landmarks {
+        let is_wanted = wanted.filter(|(wanted, _)| *wanted == sight.landmark);
+        // What is wanted is looked for in every step, the others in turn.
+        let unseen = is_wanted.map_or((!sight.is_seen).then_some(Unseen::OutOfField), |(_, observed)| {
+            observed.unseen
+        });
+        if unseen == Some(Unseen::OutOfField) {
+            continue;
+        }
+        let is_hidden = unseen.is_some();
         let straight = camera.world_to_viewport(eye, sight.place).ok();
         let Some(at) = straight.and_then(|straight| shown_at(camera, straight)) else {
             continue;
@@ -180,6 +216,7 @@ pub fn show(painter: &Painter, camera: &Camera, eye: &GlobalTransform, zoom: f32
         if at.distance(centre) > 0.96 * radius {
             continue;
         }
+        let colour = colour.gamma_multiply(if is_hidden { HIDDEN } else { 1.0 });
         let ring = (0..=24).map(|n| at + 9.0 * egui::Vec2::angled(TAU * n as f32 / 24.0));
         painter.add(egui::Shape::dashed_line(
             &ring.collect::<Vec<_>>(),
@@ -193,8 +230,43 @@ pub fn show(painter: &Painter, camera: &Camera, eye: &GlobalTransform, zoom: f32
         } else {
             (Align2::LEFT_CENTER, 14.0)
         };
-        shadowed(painter, at + egui::vec2(shift, 0.0), anchor, sight.name, 14.0, colour);
+        let name = sight.landmark.name();
+        shadowed(painter, at + egui::vec2(shift, 0.0), anchor, name, 14.0, colour);
     }
+    if let Some((landmark, observed)) = wanted.filter(|(_, observed)| observed.unseen == Some(Unseen::OutOfField)) {
+        // Up in the picture is down in points.
+        let way = egui::vec2(observed.from_lens.x, -observed.from_lens.y).normalized();
+        let name = landmark.name();
+        let is_behind = observed.from_lens.z > 0.0;
+        let name = if is_behind {
+            format!("{name}, behind")
+        } else {
+            name.to_owned()
+        };
+        point_to(painter, centre, radius, way, &name, colour);
+    }
+}
+
+/// An arrow at the rim of the round field, and the name of what it points to. `way` is a direction, or zero: then there is none.
+fn point_to(painter: &Painter, centre: egui::Pos2, radius: f32, way: egui::Vec2, name: &str, colour: egui::Color32) {
+    if way == egui::Vec2::ZERO {
+        return;
+    }
+    let head = centre + ARROW_AT * radius * way;
+    let foot = head - ARROW * way;
+    let aside = 0.32 * ARROW * way.rot90();
+    painter.add(egui::Shape::convex_polygon(
+        vec![head, foot + aside, foot - aside],
+        colour,
+        Stroke::new(1.0, palette::GROUND.gamma_multiply(0.8)),
+    ));
+    let size = painter
+        .layout_no_wrap(name.to_owned(), egui::FontId::proportional(14.0), colour)
+        .size();
+    // So far in that it stands on nothing that is named at the rim.
+    let half = 0.5 * (way.x.abs() * size.x + way.y.abs() * size.y);
+    let at = centre + (ARROW_NAME_AT * radius - half) * way;
+    shadowed(painter, at, Align2::CENTER_CENTER, name, 14.0, colour);
 }
 
 /// Names the middle of the endoscope's picture, at its rim.

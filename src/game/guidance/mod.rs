@@ -27,8 +27,8 @@ use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, Align2, Painter},
 };
-use resecta_instrument::{InstrumentState, Resectoscope, ResectoscopeGeometry};
-use resecta_scenario::{ActiveExercise, LoopClearance};
+use resecta_instrument::{InstrumentState, Resectoscope};
+use resecta_scenario::{ActiveExercise, LoopClearance, StepProgress, metrics::StepObservation};
 
 use self::{
     places::Places,
@@ -114,9 +114,16 @@ impl Guidance {
 
 /// What is shown now, and for how long the player is still told what was chosen, s.
 #[derive(Resource, Debug, Default)]
-struct Shown {
+pub struct Shown {
     parts: Parts,
     told_s: f32,
+}
+
+impl Shown {
+    /// Whether landmarks are named, and where they are is told.
+    pub fn names_landmarks(&self) -> bool {
+        self.parts.landmarks > 0.0
+    }
 }
 
 fn is_anything_shown(shown: Res<Shown>) -> bool {
@@ -222,6 +229,7 @@ fn show(
         Res<landmarks::Seen>,
         Res<lens::OnTissue>,
     ),
+    (progress, observed): (Res<StepProgress>, Res<StepObservation>),
 ) -> Result {
     let Some(active) = active else { return Ok(()) };
     let Ok((state, scope, clearance)) = instruments.get(active.instrument) else {
@@ -236,9 +244,11 @@ fn show(
     let held = Held { state, scope };
     let clearance = clearance.copied().unwrap_or_default();
     let parts = shown.parts;
-    if parts.landmarks > 0.0 {
+    if shown.names_landmarks() {
+        let wanted = progress.present(&active.exercise);
+        let wanted = wanted.and_then(|step| Some((step.until.landmark()?, observed.landmark?)));
         for (camera, eye) in lenses.iter().filter(|(camera, _)| camera.is_active) {
-            landmarks::show(&painter, camera, eye, zoom.0, &seen, parts.landmarks);
+            landmarks::show(&painter, camera, eye, zoom.0, (&seen, wanted), parts.landmarks);
             // A lens that lies on tissue has nothing ahead.
             if !on_tissue.is_told() {
                 landmarks::name_middle(&painter, camera, zoom.0, &seen, parts.landmarks);
@@ -254,8 +264,7 @@ fn show(
             map::show(&painter, area, &active, &held, parts.slice);
         }
     }
-    let is_drawn_in = ResectoscopeGeometry::is_drawn_in(state.stroke_mm);
-    distances::show(&painter, places.distances, &active, (&clearance, is_drawn_in), &parts);
+    distances::show(&painter, places.distances, &active, &held, &clearance, &parts);
     Ok(())
 }
 
