@@ -147,7 +147,7 @@ fn show(
                     let back = format!("Not here: the marked tissue is {}", whither(way));
                     ui.label(RichText::new(back).strong().color(palette::CAREFUL));
                 } else if progress.is_blind {
-                    let blind = "Not blind: the lens is too near to tissue to see anything";
+                    let blind = "This does not count: the lens lies on tissue and sees nothing";
                     ui.label(RichText::new(blind).strong().color(palette::CAREFUL));
                 } else if let Some(landmark) = observed.landmark.filter(|_| shown.names_landmarks()) {
                     let (words, is_good) = match step.until {

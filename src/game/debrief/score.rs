@@ -201,7 +201,6 @@ pub fn value(metric: MetricId, value: f64) -> String {
     match info.unit {
         "1" if metric.is_share() => format!("{:.0} %", 100.0 * value),
         "1" => format!("{value:.0}"),
-        "s" => format!("{value:.0} s"),
         unit => {
             let is_whole = (10.0 * value).round() % 10.0 == 0.0;
             let digits = usize::from(value.abs() < 100.0 && !is_whole);
@@ -355,7 +354,9 @@ mod tests {
             ["0 ml", "0.5 ml", "36 ml", "60 ml", "100 ml", "313 ml", "2000 ml"]
         );
         assert_eq!(value(MetricId::MarkedRemovedShare, 0.5), "50 %");
-        assert_eq!(value(MetricId::BlindTime, 2.4), "2 s");
+        // 40.2 s are no 40: the par that they miss stands beside them.
+        assert_eq!(value(MetricId::BlindTime, 40.2), "40.2 s");
+        assert_eq!(value(MetricId::BlindTime, 269.4), "269 s");
     }
 
     #[test]

@@ -199,11 +199,12 @@ pub fn show(
     let point = 1.0 / zoom;
     let colour = palette::FOCUS.gamma_multiply(opacity);
     for sight in &seen.landmarks {
-        let is_wanted = wanted.filter(|(wanted, _)| *wanted == sight.landmark);
         // What is wanted is looked for in every step, the others in turn.
-        let unseen = is_wanted.map_or((!sight.is_seen).then_some(Unseen::OutOfField), |(_, observed)| {
-            observed.unseen
-        });
+        let now = wanted.filter(|(wanted, _)| *wanted == sight.landmark);
+        let unseen = match now {
+            Some((_, observed)) => observed.unseen,
+            None => (!sight.is_seen).then_some(Unseen::OutOfField),
+        };
         if unseen == Some(Unseen::OutOfField) {
             continue;
         }
