@@ -10,7 +10,7 @@ use bevy::{
 use resecta_instrument::ResectoscopeGeometry;
 
 /// Corners of a tube's cross-section.
-const SIDES: usize = 20;
+const SIDES: usize = 36;
 
 /// Vertices and triangles on their way to a [`Mesh`].
 #[derive(Default)]

@@ -5,7 +5,7 @@ use bevy::{
     math::DVec2,
     prelude::*,
 };
-use resecta_anatomy::{BladderShape, Case, Landmark};
+use resecta_anatomy::{BladderShape, Case, Landmark, Slice};
 use resecta_instrument::Resectoscope;
 use resecta_scenario::ActiveExercise;
 
@@ -27,6 +27,10 @@ const SPHINCTER_MM: f32 = 3.0;
 const JOINS_MM: f32 = 5.0;
 /// Length of urethra that is drawn, mm.
 const URETHRA_LENGTH_MM: f32 = 45.0;
+/// For the lens, it goes on into the gland for so long, mm, wider by so much for each: a sheath that is tilted lifts the end of the
+/// gland off it, and there was nothing to be seen between the two.
+const INTO_MM: f32 = 9.0;
+const WIDER_INTO: f32 = 0.45;
 
 pub fn plugin(app: &mut App) {
     app.register_type::<LandmarkMarker>()
@@ -97,19 +101,22 @@ fn surround(
         ..default()
     }));
 
-    let mut walls = vec![urethra(scope, &active.case)];
-    walls.extend(bladder(&active.case));
+    let mut walls = vec![(
+        [INTO_MM, 0.0].map(|into_mm| urethra(scope, &active.case, into_mm)),
+        Transform::IDENTITY,
+    )];
+    walls.extend(bladder(&active.case).map(|(mesh, place)| ([mesh.clone(), mesh], place)));
     let markers = landmarks(&active.case);
 
     commands
         .entity(active.tissue)
         .insert((Surroundings, Visibility::default()))
         .with_children(|gland| {
-            for (mesh, transform) in walls {
-                let mesh = meshes.add(mesh);
-                for (material, layer) in [(&inside, ENDOSCOPE_LAYER), (&outside, OUTSIDE_LAYER)] {
+            for (of_views, transform) in walls {
+                let views = [(&inside, ENDOSCOPE_LAYER), (&outside, OUTSIDE_LAYER)];
+                for (mesh, (material, layer)) in of_views.into_iter().zip(views) {
                     gland.spawn((
-                        Mesh3d(mesh.clone()),
+                        Mesh3d(meshes.add(mesh)),
                         MeshMaterial3d(material.clone()),
                         transform,
                         RenderLayers::layer(layer),
@@ -145,29 +152,36 @@ fn surround(
         });
 }
 
-/// The urethra, from the lumen at the gland's lower end down along the instrument's axis, narrower at the sphincter.
-fn urethra(scope: &Resectoscope, case: &Case) -> (Mesh, Transform) {
+/// The urethra, from the lumen at the gland's lower end, or from so far within, down along the instrument's axis, narrower at the
+/// sphincter.
+fn urethra(scope: &Resectoscope, case: &Case, into_mm: f32) -> Mesh {
     let (pivot, axis) = (scope.pivot(), scope.axis());
-    let lumen = case.slices.first().and_then(|slice| {
+    let lumen = |slice: &Slice| {
         let wall = slice.urethra.as_ref()?;
         let middle: DVec2 = wall.iter().sum::<DVec2>() / wall.len().max(1) as f64;
         Some(middle.extend(slice.z).as_vec3())
+    };
+    let first = case.slices.first().and_then(lumen);
+    let end = first.unwrap_or(pivot + axis * JOINS_MM);
+    let upwards = case.slices.get(1).and_then(lumen).map_or(axis, |next| next - end);
+    let within = [1.0, 0.5].into_iter().filter(|_| into_mm > 0.0).map(|share| {
+        let mm = share * into_mm;
+        (end + mm * upwards.normalize_or(axis), URETHRA_MM + WIDER_INTO * mm)
     });
-    let end = lumen.unwrap_or(pivot + axis * JOINS_MM);
     let points = 60;
-    let (line, radii): (Vec<Vec3>, Vec<f32>) = (0..=points)
-        .map(|point| {
+    let (line, radii): (Vec<Vec3>, Vec<f32>) = within
+        .chain((0..=points).map(|point| {
             let along = JOINS_MM - URETHRA_LENGTH_MM * point as f32 / points as f32;
             // Bent to where the lumen is, over its last stretch.
             let bent = (along / JOINS_MM).clamp(0.0, 1.0).powi(2);
             let place = (pivot + axis * along).lerp(end, bent);
             let closed = (-(along / SPHINCTER_MM).powi(2)).exp();
             (place, URETHRA_MM - NARROWER_MM * closed)
-        })
+        }))
         .unzip();
     let mut shape = shapes::Shape::default();
     shape.tube(&line, |point| radii[point]);
-    (shape.mesh(), Transform::IDENTITY)
+    shape.mesh()
 }
 
 /// The bladder, open where it sits on the gland.

@@ -137,7 +137,7 @@ fn mucosa(rest: vec3<f32>, colour: vec3<f32>, coarse: vec4<f32>, fine: vec4<f32>
         vessel = max(vessel, 0.34 * line(twig, 0.070 * (0.9 - strong)));
     }
     // Those of the bladder are finer, and lost far away, where they would be thinner than a pixel.
-    vessel *= mix(1.0, 0.7 / (1.0 + 0.006 * far * far), vesical);
+    vessel *= mix(1.0, 0.9 / (1.0 + 0.0015 * far * far), vesical);
     skin.colour *= mix(vec3(1.0), vec3(0.70, 0.36, 0.38), vessel) * (0.88 + 0.24 * coarse.w);
 
     // The bladder neck: circular fibres raise it in narrow rings.
@@ -180,9 +180,9 @@ fn trigone(place: vec3<f32>, wall: Skin) -> Skin {
     let along = normalize(span);
     let off = dot(out, ridge_normal) * radius;
     let share = dot(out - right, span) / dot(span, span);
-    let ridge = bell(off / 1.6) * smoothstep(-0.15, 0.0, share) * (1.0 - smoothstep(1.0, 1.15, share));
+    let ridge = bell(off / 2.2) * smoothstep(-0.15, 0.0, share) * (1.0 - smoothstep(1.0, 1.15, share));
     skin.rise -= ridge_normal * (3.0 * off * ridge);
-    skin.colour *= mix(vec3(1.0), vec3(1.25, 1.40, 1.35), ridge);
+    skin.colour *= mix(vec3(1.0), vec3(1.40, 1.85, 1.70), ridge);
     for (var side = 0; side < 2; side++) {
         let away = (out - select(right, left, side == 0)) * radius;
         // Slits, aslant towards the neck, with a pale lip.
@@ -192,7 +192,7 @@ fn trigone(place: vec3<f32>, wall: Skin) -> Skin {
         let slit = vec2(wide + slant * high, high - slant * wide);
         let lip = bell(length(slit / vec2(2.6, 1.6)));
         let open = 1.0 - smoothstep(0.6, 1.1, length(slit / vec2(1.5, 0.45)));
-        skin.colour = mix(skin.colour * (1.0 + 0.3 * lip), vec3(0.05, 0.008, 0.006), 0.95 * open);
+        skin.colour = mix(skin.colour * (1.0 + 0.5 * lip), vec3(0.05, 0.008, 0.006), 0.95 * open);
     }
     return skin;
 }
