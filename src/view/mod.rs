@@ -4,7 +4,7 @@
 //! bladder, urethra and landmarks around them. It moves every camera that is an [`EndoscopeCamera`] or an
 //! [`OutsideCamera`] and spawns none itself: the game gives them a window ([`crate::game`]), [`PicturesPlugin`] images.
 //!
-//! Everything wears one material with one shader (`material.rs`, `view.wgsl`) that brings its own light: the only
+//! Everything wears one material with one shader (`material.rs`, `vertex.wgsl`, `view.wgsl`) that brings its own light: the only
 //! lamp of an endoscopy sits beside the lens, so that a general lighting model would cost much and add nothing, and the
 //! program stays usable on a software renderer.
 //!

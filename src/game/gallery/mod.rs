@@ -11,7 +11,7 @@ use std::{
     collections::VecDeque,
     path::{Path, PathBuf},
     sync::{Arc, Mutex},
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use bevy::{
@@ -57,8 +57,10 @@ const IN_STEP_S: f64 = 0.5;
 const A_STEP_A_FRAME: TimeUpdateStrategy = TimeUpdateStrategy::ManualDuration(Duration::from_micros(16_667));
 /// How it goes while a picture is on its way.
 const STANDING: TimeUpdateStrategy = TimeUpdateStrategy::ManualDuration(Duration::ZERO);
-/// So many frames may pass without a deed being done before something is wrong.
+/// So many frames, and so long a time, may pass without a deed being done before something is wrong: runs go by frames, and what is
+/// computed beside them, as outlines are, by time, however many frames are drawn meanwhile.
 const PATIENCE_FRAMES: u32 = 5000;
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// A gallery that could not be made.
 #[derive(Debug, Error)]
@@ -106,6 +108,7 @@ impl Plugin for GalleryPlugin {
             scripts: self.scripts.clone(),
             deeds: plan::deeds(),
             waited: 0,
+            last_done: Instant::now(),
             stage: Stage::Settling,
             is_watched: false,
             written: Vec::new(),
@@ -126,6 +129,8 @@ struct Gallery {
     deeds: VecDeque<Deed>,
     /// Frames since the last deed was done.
     waited: u32,
+    /// When that was.
+    last_done: Instant,
     /// How far the next picture is.
     stage: Stage,
     /// Whether the views are drawn between pictures, too.
@@ -174,12 +179,16 @@ fn lead(world: &mut World) {
     world.resource_scope(|world, mut gallery: Mut<Gallery>| {
         let next = gallery.deeds.front().copied();
         let is_done = next.is_none_or(|deed| do_or_wait(world, &mut gallery, deed));
-        gallery.waited = if is_done { 0 } else { gallery.waited + 1 };
+        if is_done {
+            (gallery.waited, gallery.last_done) = (0, Instant::now());
+        } else {
+            gallery.waited += 1;
+        }
         if is_done && gallery.deeds.pop_front().is_none() {
             let written = std::mem::take(&mut gallery.written);
             finish(world, &gallery.outcome, Ok(written));
         }
-        if gallery.waited > PATIENCE_FRAMES {
+        if gallery.waited > PATIENCE_FRAMES && gallery.last_done.elapsed() > PATIENCE {
             let stuck = GalleryError::Stuck {
                 wanted: next.map_or_else(|| "its end".into(), |deed| format!("{deed:?}")),
                 written: std::mem::take(&mut gallery.written),
