@@ -12,7 +12,7 @@ use crate::{active::ActiveExercise, metrics::StepObservation, steps::StepProgres
 pub const FAR_MM: f32 = 45.0;
 /// How much nearer than a place tissue may be and not hide it, mm: landmarks and vessels are points on or under a surface.
 const UNDER_MM: f32 = 2.5;
-/// How far behind the lens, in the sheath, a ray begins, mm.
+/// How far behind the lens, in the sheath, a ray begins that tells how far the lens sees, mm.
 const BEHIND_LENS_MM: f32 = 2.0;
 /// Share of the light that has to come back from a place for it to be made out. Our choice: what is looked for, dark or mounded,
 /// is told in murk in which plain tissue is not.
