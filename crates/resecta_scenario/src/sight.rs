@@ -12,8 +12,6 @@ use crate::{active::ActiveExercise, metrics::StepObservation, steps::StepProgres
 pub const FAR_MM: f32 = 45.0;
 /// How much nearer than a place tissue may be and not hide it, mm: landmarks and vessels are points on or under a surface.
 const UNDER_MM: f32 = 2.5;
-/// How far behind the lens, in the sheath, a ray begins that tells how far the lens sees, mm.
-const BEHIND_LENS_MM: f32 = 2.0;
 /// Share of the light that has to come back from a place for it to be made out. Our choice: what is looked for, dark or mounded,
 /// is told in murk in which plain tissue is not.
 const LEAST_LIGHT: f64 = 0.15;
@@ -69,23 +67,17 @@ impl Sight<'_, '_> {
             .then_some(Unseen::BehindTissue)
     }
 
-    /// How far the lens sees in the middle of its picture, mm, [`FAR_MM`] at most. None without an instrument that looks.
+    /// How far the lens sees in the middle of its picture, mm, [`FAR_MM`] at most; 0 where tissue lies about it, as it may for some
+    /// steps when a quick sheath runs into it. None without an instrument that looks.
     pub fn ahead_mm(&mut self) -> Option<f32> {
         let active = self.active.as_ref()?;
         let (state, scope) = self.instruments.get(active.instrument).ok()?;
         let lens = scope.lens_pose(state);
-        let hit = self.first_hit_past_lens_mm(lens.translation.into(), lens.rotation * Vec3::NEG_Z);
+        let hit = self.first_hit_mm(lens.translation.into(), lens.rotation * Vec3::NEG_Z);
         Some(hit.map_or(FAR_MM, |hit| hit.min(FAR_MM)))
     }
 
-    /// How far from the lens a ray along a unit vector first meets tissue, mm; 0 where tissue lies about the lens, as it may for some
-    /// steps when a quick sheath runs into it: a ray from within would meet it far off.
-    fn first_hit_past_lens_mm(&mut self, eye: Vec3, along: Vec3) -> Option<f32> {
-        let hit = self.first_hit_mm(eye - BEHIND_LENS_MM * along, along)?;
-        Some((hit - BEHIND_LENS_MM).max(0.0))
-    }
-
-    /// How far from a place a ray first meets the exercise's tissue, mm.
+    /// How far from a place a ray first meets the exercise's tissue, mm; 0 from a place within it.
     pub fn first_hit_mm(&mut self, from: Vec3, direction: Vec3) -> Option<f32> {
         let tissue = self.active.as_ref()?.tissue;
         self.rays.first_hit_mm(tissue, from, direction)

@@ -439,10 +439,10 @@ mod tests {
     }
 
     /// Where a ray first meets any face, by a look at each.
-    fn first_of_all(skin: &Skin, ray: &Ray) -> Option<f32> {
+    fn first_of_all(skin: &Skin, ray: &Ray) -> Option<(f32, i32)> {
         let triangles = (0..skin.slot_count() as u32).filter_map(|slot| skin.triangle(slot));
         let hits = triangles.filter_map(|triangle| ray.crossing(triangle.map(|vertex| skin.place(vertex))));
-        hits.map(|(share, _)| share).min_by(f32::total_cmp)
+        hits.min_by(|a, b| a.partial_cmp(b).expect("shares are numbers"))
     }
 
     fn place() -> impl Strategy<Value = Vec3> {

@@ -59,19 +59,21 @@ impl Collider {
         }
     }
 
-    /// How far from a point, in a direction of any length and in units of it, a ray first meets the surface; none if it does not.
-    /// Brings what vertices it needs to where the tissue is.
+    /// How far from a point, in a direction of any length and in units of it, a ray first meets the surface, and 1 where it leaves
+    /// the tissue there, -1 where it enters; none if it does not. Brings what vertices it needs to where the tissue is.
     pub(crate) fn first_hit(
         &self,
         solver: &resecta_solver::Tissue,
         fine: Option<&mut Fine>,
         from: Vec3,
         direction: Vec3,
-    ) -> Option<f32> {
+    ) -> Option<(f32, i32)> {
         let ray = Ray::new(from, direction);
         let mut first = None;
-        self.crossings(solver, fine, &ray, |share, _| {
-            first = Some(first.map_or(share, |first: f32| first.min(share)));
+        self.crossings(solver, fine, &ray, |share, outward| {
+            let hit = (share, outward);
+            // Of what is met at once, what is entered counts, in whatever order faces come.
+            first = Some(first.map_or(hit, |first: (f32, i32)| if hit < first { hit } else { first }));
         });
         first
     }

@@ -10,6 +10,7 @@ mod edits;
 mod fine;
 mod mesh;
 mod probe;
+mod rays;
 mod scenes;
 mod schedule;
 mod strokes;
