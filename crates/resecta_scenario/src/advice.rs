@@ -87,6 +87,10 @@ const ADVICE: &[(MetricId, &str)] = &[
         "Coagulate vessels, not surfaces: bring the loop to where the blood comes from, then press until it stops, and no longer.",
     ),
     (
+        MetricId::BleedersClosed,
+        "Close every vessel that bleeds: go along the whole bed, the loop drawn in, and look at each side of it before you end.",
+    ),
+    (
         MetricId::IrrigatedPerGram,
         "Use less water for what you remove: turn the inflow down while the view is clear.",
     ),

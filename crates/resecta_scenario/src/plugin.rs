@@ -201,6 +201,7 @@ fn observe_water(
     (bladder, circulation, turbidity): (Option<Res<Bladder>>, Option<Res<Circulation>>, Option<Res<Turbidity>>),
     (red_outs, vessels): (Query<&RedOut>, Query<&Vessels>),
     active: Res<ActiveExercise>,
+    mut closed: MessageReader<VesselClosed>,
     mut before: Local<[f64; 3]>,
     mut step: ResMut<StepObservation>,
 ) {
@@ -215,6 +216,13 @@ fn observe_water(
     *before = now;
     let open = vessels.get(active.tissue).ok().into_iter().flat_map(Vessels::open);
     let (bleeders, to_come_ml) = open.fold((0, 0.0), |(count, sum), vessel| (count + 1, sum + vessel.to_come_ml()));
+    let (mut coagulated, mut clotted) = (0, 0);
+    for closed in closed.read().filter(|closed| closed.tissue == active.tissue) {
+        match closed.by {
+            ClosedBy::Coagulation(_) => coagulated += 1,
+            ClosedBy::Clot => clotted += 1,
+        }
+    }
     let clear = 1.0 - red_outs.get(active.instrument).map_or(0.0, |red_out| red_out.covered);
     step.water = WaterStep {
         blood_ml,
@@ -226,6 +234,8 @@ fn observe_water(
         bleeders,
         // Metrics are finite, a vessel that never clots is not.
         to_come_ml: to_come_ml.min(f64::MAX),
+        coagulated,
+        clotted,
     };
 }
 

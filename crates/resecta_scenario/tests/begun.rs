@@ -109,6 +109,11 @@ fn opened_vessels_bleed_from_the_first_step_or_were_closed() {
         let count = |state| vessels.iter().filter(|(_, other)| *other == state).count();
         let (open, closed) = (count(VesselState::Open), count(VesselState::Coagulated));
         assert_eq!(
+            trial.value("bleeders_closed_share"),
+            0.0,
+            "nobody has closed any in here"
+        );
+        assert_eq!(
             (open > 0, closed > 0),
             (bleeding, !bleeding),
             "{open} open, {closed} closed"

@@ -172,15 +172,16 @@ fn only_coagulation_at_a_vessel_that_bleeds_is_precise() {
         .insert(InstrumentSource::Requests);
     app.update();
     let vessels = app.world().get::<Vessels>(tissue).unwrap();
-    let (vessel, _) = vessels
-        .iter()
-        .find(|(vessel, _)| vessel.kind == VesselKind::Arterial)
-        .unwrap();
-    let carrier = vessel.pentahedron;
-    let entity = app.world().get::<Tissue>(tissue).unwrap().pentahedron_entity(carrier);
-    app.world_mut().despawn(entity.unwrap());
-    app.update();
-    app.update();
+    let arteries = vessels.iter().filter(|(vessel, _)| vessel.kind == VesselKind::Arterial);
+    let carriers: Vec<u32> = arteries.map(|(vessel, _)| vessel.pentahedron).collect();
+    let carrier = carriers[0];
+    let open = |app: &mut App, carrier: u32| {
+        let entity = app.world().get::<Tissue>(tissue).unwrap().pentahedron_entity(carrier);
+        app.world_mut().despawn(entity.unwrap());
+        app.update();
+        app.update();
+    };
+    open(&mut app, carrier);
     let place = |app: &App| {
         app.world()
             .get::<Vessels>(tissue)
@@ -213,9 +214,19 @@ fn only_coagulation_at_a_vessel_that_bleeds_is_precise() {
     // Twenty steps away from it, then thirty at it, which close it, then ten at its closed mouth.
     coagulate(&mut app, 20, bleeds_at + Vec3::Z * 30.0);
     assert_eq!(value(&app, MetricId::CoagulationPrecision), 0.0);
+    assert_eq!(value(&app, MetricId::BleedersClosed), 0.0);
     coagulate(&mut app, 30, bleeds_at);
     assert_eq!(place(&app), None, "half a second closes it");
     coagulate(&mut app, 10, bleeds_at);
     assert!((value(&app, MetricId::CoagulationPrecision) - 0.5).abs() < 1e-9);
     assert!((value(&app, MetricId::Coagulation) - 1.0).abs() < 1e-5);
+    assert_eq!(value(&app, MetricId::BleedersClosed), 1.0);
+    let next = carriers
+        .iter()
+        .find(|next| **next != carrier)
+        .expect("a gland has several");
+    open(&mut app, *next);
+    let bleeding = app.world().get::<Vessels>(tissue).unwrap().open().count() as f64;
+    assert!(bleeding >= 1.0);
+    assert_eq!(value(&app, MetricId::BleedersClosed), 1.0 / (1.0 + bleeding));
 }

@@ -91,6 +91,7 @@ impl Metrics {
             MetricId::CurrentWithoutContact => current.without_contact_s,
             MetricId::Coagulation => current.coagulation_s,
             MetricId::CoagulationPrecision => ratio(current.coagulation_on_vessel_s, current.coagulation_s),
+            MetricId::BleedersClosed => ratio(water.coagulated as f64, water.opened() as f64),
             MetricId::TipPath => motion.path_mm,
             MetricId::Strokes => f64::from(current.strokes),
             MetricId::MassPerStroke => ratio(removal.mass_g(), f64::from(current.strokes)),

@@ -109,6 +109,8 @@ metrics! {
     /// Share of the time with the coagulating current on in which the loop touched tissue within reach of a vessel that bled
     /// until then; 0 before the first.
     CoagulationPrecision = "coagulation_precision_share", "Coagulation on bleeders", "1", More;
+    /// Share of the vessels that have bled that a coagulating current has closed; 0 before the first.
+    BleedersClosed = "bleeders_closed_share", "Bleeders closed", "1", More;
     /// Length of the path of the sheath's tip.
     TipPath = "tip_path_mm", "Path of the tip", "mm", Less;
     /// Presses of the cutting pedal that removed tissue.

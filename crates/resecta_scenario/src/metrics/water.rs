@@ -16,6 +16,10 @@ pub struct BloodAndWater {
     pub bleeders: usize,
     /// What they would go on to lose, ml.
     pub to_come_ml: f64,
+    /// Vessels that a current has closed.
+    pub coagulated: usize,
+    /// Vessels that their own clots have closed.
+    pub clotted: usize,
     /// Irrigant from the bag, ml.
     pub irrigated_ml: f64,
     /// Irrigant absorbed through opened veins, ml.
@@ -30,11 +34,18 @@ impl BloodAndWater {
         self.blood_ml += step.water.blood_ml;
         self.bleeders = step.water.bleeders;
         self.to_come_ml = step.water.to_come_ml;
+        self.coagulated += step.water.coagulated;
+        self.clotted += step.water.clotted;
         self.irrigated_ml += step.water.irrigated_ml;
         self.absorbed_ml += step.water.absorbed_ml;
         if step.water.visibility < BLIND {
             self.blind_s += step.step_s;
         }
+    }
+
+    /// Vessels that have bled, in this exercise.
+    pub fn opened(&self) -> usize {
+        self.bleeders + self.coagulated + self.clotted
     }
 }
 
@@ -57,6 +68,10 @@ pub struct WaterStep {
     pub bleeders: usize,
     /// What they would go on to lose until their clots close them, ml.
     pub to_come_ml: f64,
+    /// Vessels that a current closed.
+    pub coagulated: usize,
+    /// Vessels that their own clots closed.
+    pub clotted: usize,
 }
 
 impl Default for WaterStep {
@@ -71,6 +86,8 @@ impl Default for WaterStep {
             visibility: 1.0,
             bleeders: 0,
             to_come_ml: 0.0,
+            coagulated: 0,
+            clotted: 0,
         }
     }
 }
