@@ -19,6 +19,10 @@ pub struct RunLog {
 pub struct LogSample {
     /// Simulated time, s.
     pub time_s: f64,
+    /// Length of the path of the sheath's tip so far, mm.
+    pub path_mm: f64,
+    /// Steps of the exercise that are done.
+    pub steps_done: u32,
     /// Tissue removed so far, ml at rest.
     pub removed_ml: f64,
     /// Blood lost so far, ml.
@@ -36,6 +40,8 @@ impl RunLog {
     pub fn observe(&mut self, step: &StepObservation, metrics: &Metrics) {
         let sample = LogSample {
             time_s: metrics.elapsed_s(),
+            path_mm: metrics.motion.path_mm,
+            steps_done: metrics.steps_done,
             removed_ml: metrics.removal.volume_mm3 / 1000.0,
             blood_ml: metrics.water.blood_ml,
             pressure_cmh2o: step.water.pressure_cmh2o,

@@ -1,4 +1,5 @@
-//! The course of a run over time: volume removed, blood lost, pressure in the bladder, view.
+//! The course of a run over time: volume removed, or the tip's path where nothing is to be cut; blood lost, pressure in the bladder,
+//! view; steps done.
 
 use bevy_egui::egui::{self, Color32, RichText, Ui};
 use egui_plot::{GridInput, HLine, Line, LineStyle, PlotPoints, VLine, uniform_grid_spacer};
@@ -33,7 +34,16 @@ pub fn show(ui: &mut Ui, active: &ActiveExercise, log: &RunLog) {
         bound,
     };
     let wet = active.exercise.models.water.is_some();
-    let mut curves = vec![curve("Tissue removed", "ml", removed, |s| s.removed_ml, 0.5, None)];
+    let exercise = &active.exercise;
+    let mut curves = if exercise.asks_for_tissue() {
+        vec![curve("Tissue removed", "ml", removed, |s| s.removed_ml, 0.5, None)]
+    } else {
+        vec![curve("Path of the tip", "cm", removed, |s| 0.1 * s.path_mm, 10.0, None)]
+    };
+    if !wet && !exercise.steps.is_empty() {
+        let steps = exercise.steps.len() as f64;
+        curves.push(curve("Steps done", "", view, |s| s.steps_done.into(), steps, None));
+    }
     if wet {
         let absorbing = Some((ABSORBING_CMH2O, "veins take up irrigant above"));
         curves.push(curve("Blood lost", "ml", blood, |s| s.blood_ml, 5.0, None));
@@ -82,7 +92,8 @@ pub fn show(ui: &mut Ui, active: &ActiveExercise, log: &RunLog) {
 fn plot(ui: &mut Ui, curve: &Curve, log: &RunLog, touches: &[f64], height: f32) {
     let last = log.samples.last().map_or(0.0, curve.of);
     ui.horizontal(|ui| {
-        menu::caption(ui, &format!("{}, {}", curve.title, curve.unit));
+        let separator = if curve.unit.is_empty() { "" } else { ", " };
+        menu::caption(ui, &[curve.title, separator, curve.unit].concat());
         ui.label(
             RichText::new(format!("{last:.1} at the end"))
                 .size(12.5)
