@@ -126,10 +126,8 @@ fn show(
                     None if progress.is_blind => FROM_TISSUE.to_vec(),
                     None => [step.until.actions(), &step.also].concat(),
                 };
-                let actions: Vec<_> = actions
-                    .into_iter()
-                    .filter(|&action| !is_at_end(action, state))
-                    .collect();
+                let (ended, actions): (Vec<_>, Vec<_>) =
+                    actions.into_iter().partition(|&action| is_at_end(action, state));
                 ui.horizontal_wrapped(|ui| {
                     for (number, (caps, label)) in keys_of(&actions, &bindings, has_pad).into_iter().enumerate() {
                         // Keys and what they do stay on one line.
@@ -143,6 +141,14 @@ fn show(
                         ui.add_space(4.0);
                     }
                 });
+                if actions.is_empty() && !ended.is_empty() {
+                    // Every tap is as the step wants it.
+                    ui.label(
+                        RichText::new("Nothing more to press: wait")
+                            .strong()
+                            .color(palette::GOOD),
+                    );
+                }
                 if let Some(way) = progress.away {
                     let back = format!("Not here: the marked tissue is {}", whither(way));
                     ui.label(RichText::new(back).strong().color(palette::CAREFUL));
