@@ -36,9 +36,11 @@ const SPARED_MM: f64 = 1.0;
 /// A view below this is poor: whoever closes bleeders looks for one that they do not see. Below the second nobody careful cuts.
 const CLEAR: f64 = 0.5;
 const DIM: f64 = 0.35;
+/// By how much a view grows worse over a stroke that opened a vessel.
+const DIMMED: f64 = 0.1;
 /// How long water is given to clear after every search, s, and how many searches may find nothing before the operation goes on,
-/// without another until the view was clear again or the next sector begins: what was not found by then is not found after every
-/// stroke. The last of them, the widest, is what whoever has nothing else to do begins with.
+/// without another until the view was clear again, a stroke opens a vessel or the next sector begins: what was not found by then is
+/// not found after every stroke. The last of them, the widest, is what whoever has nothing else to do begins with.
 const WAIT_S: f32 = 10.0;
 const SEARCHES: u32 = 3;
 /// Strokes whose beds the first search goes along; every further one goes along three times as many.
@@ -98,8 +100,11 @@ pub(crate) struct Play {
     spared_below: f32,
     /// How far the verumontanum lies above the external sphincter, mm.
     verumontanum_mm: f32,
-    /// Searches in vain: since the last bleeder was found, the view was clear after a stroke, or a sector was begun.
+    /// Searches in vain: since the last bleeder was found, the view was clear after a stroke or much worse than before it, or a sector
+    /// was begun.
     searches: u32,
+    /// How clear the view was when the present stroke began, 0 to 1.
+    view_before: f64,
     /// When all is cut, the place that the last look about has come to.
     last_look: Option<usize>,
     steps_without_tissue: u32,
@@ -137,6 +142,7 @@ impl Play {
                 .zip(case.landmarks.external_sphincter)
                 .map_or(f32::NEG_INFINITY, |(upper, lower)| (upper.z - lower.z) as f32),
             searches: 0,
+            view_before: 1.0,
             last_look: None,
             steps_without_tissue: 0,
             is_inflow_shut: false,
@@ -208,6 +214,7 @@ impl Play {
                             Doing::Extend => Doing::Lower,
                             _ => Doing::Pull(0.0),
                         };
+                        self.view_before = senses.visibility();
                     }
                     next
                 }
@@ -223,7 +230,8 @@ impl Play {
                         (self.next, self.rounds) = (0, self.rounds - 1);
                     }
                     let following = self.strokes.get(self.next).map(|(sector, _)| *sector);
-                    if sector != following || senses.visibility() >= CLEAR {
+                    let view = senses.visibility();
+                    if sector != following || view >= CLEAR || view < self.view_before - DIMMED {
                         self.searches = 0;
                     }
                     self.doing = match manner.minds_water && sector != following {
