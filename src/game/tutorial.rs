@@ -10,7 +10,7 @@ use resecta_scenario::{ActiveExercise, StepProgress, Trigger, metrics::StepObser
 
 use super::{
     flow::{GameFlow, Phase},
-    guidance::Shown,
+    guidance::{OnTissue, Shown},
     menu::{self, MenuSystems, UiZoom},
     palette,
     panel::PANEL_WIDTH,
@@ -31,12 +31,6 @@ pub const GUIDANCE: f32 = 70.0;
 const KEY_SIZE: f32 = 13.0;
 /// Up to so many actions are shown with all their keys.
 const FEW: usize = 2;
-/// What leads a lens away from tissue.
-const FROM_TISSUE: [InstrumentAction; 3] = [
-    InstrumentAction::Withdraw,
-    InstrumentAction::TipUp,
-    InstrumentAction::TipDown,
-];
 /// An outside view of at least this width has room for the step.
 const ROOM: f32 = 330.0;
 
@@ -68,7 +62,7 @@ fn show(
     flow: Res<GameFlow>,
     active: Option<Res<ActiveExercise>>,
     (progress, observed): (Res<StepProgress>, Res<StepObservation>),
-    (done, shown): (Res<JustDone>, Res<Shown>),
+    (done, shown, on_tissue): (Res<JustDone>, Res<Shown>, Res<OnTissue>),
     bindings: Res<InstrumentBindings>,
     pads: Query<(), With<Gamepad>>,
     zoom: Res<UiZoom>,
@@ -123,7 +117,7 @@ fn show(
                 ui.label(RichText::new(&step.say).size(18.0).strong());
                 let actions = match progress.away {
                     Some(way) => vec![action(way)],
-                    None if progress.is_blind => FROM_TISSUE.to_vec(),
+                    None if progress.is_blind => on_tissue.ways_out(),
                     None => [step.until.actions(), &step.also].concat(),
                 };
                 let (ended, actions): (Vec<_>, Vec<_>) =
@@ -153,7 +147,7 @@ fn show(
                     let back = format!("Not here: the marked tissue is {}", whither(way));
                     ui.label(RichText::new(back).strong().color(palette::CAREFUL));
                 } else if progress.is_blind {
-                    let blind = "This does not count: the lens lies on tissue and sees nothing";
+                    let blind = "This does not count: tissue lies close before the lens";
                     ui.label(RichText::new(blind).strong().color(palette::CAREFUL));
                 } else if let Some(landmark) = observed.landmark.filter(|_| shown.names_landmarks()) {
                     let (words, is_good) = match step.until {

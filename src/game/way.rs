@@ -11,7 +11,7 @@ pub fn whither(way: Vec3) -> String {
         [
             ["to the right", "to the left"],
             ["higher in the view", "lower in the view"],
-            ["further back", "further ahead"],
+            ["back towards you", "further ahead"],
         ],
     );
     format!("{:.0} mm {}", size.abs(), if size > 0.0 { over } else { under })
@@ -58,7 +58,7 @@ mod tests {
     fn the_longest_part_of_a_way_is_told() {
         for (way, told) in [
             (Vec3::new(0.5, -1.0, -4.2), "4 mm further ahead"),
-            (Vec3::new(0.5, -1.0, 2.0), "2 mm further back"),
+            (Vec3::new(0.5, -1.0, 2.0), "2 mm back towards you"),
             (Vec3::new(-3.0, 1.0, 2.0), "3 mm to the left"),
             (Vec3::new(-3.0, -5.0, 2.0), "5 mm lower in the view"),
         ] {

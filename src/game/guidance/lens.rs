@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_egui::egui::{Align2, Painter, Rect};
-use resecta_instrument::{InstrumentState, Resectoscope};
+use resecta_instrument::{InstrumentAction, InstrumentState, Resectoscope};
 use resecta_scenario::ActiveExercise;
 
 use super::shadowed;
@@ -22,11 +22,11 @@ const LEAST_DEG: f32 = 4.0;
 const HEIGHT: f32 = 0.42;
 const SIZE: f32 = 17.0;
 
-/// For how long the lens has been blind, s, and what to do then.
+/// For how long the lens has been blind, s, and what to do about tissue before it.
 #[derive(Resource, Debug, Default)]
 pub struct OnTissue {
     blind_s: f32,
-    turn: Option<&'static str>,
+    turn: Option<InstrumentAction>,
     /// Whether the tip is below the verumontanum: whoever draws back there comes to the sphincter.
     is_low: bool,
 }
@@ -35,6 +35,16 @@ impl OnTissue {
     /// Whether it stands in the picture that the lens lies on tissue.
     pub fn is_told(&self) -> bool {
         self.blind_s >= PATIENCE_S
+    }
+
+    /// What leads the lens away from tissue.
+    pub fn ways_out(&self) -> Vec<InstrumentAction> {
+        use InstrumentAction::{TipDown, TipUp, Withdraw};
+        match (self.turn, self.is_low) {
+            (Some(turn), true) => vec![turn],
+            (Some(turn), false) => vec![Withdraw, turn],
+            (None, _) => vec![Withdraw, TipUp, TipDown],
+        }
     }
 }
 
@@ -50,12 +60,14 @@ pub fn notice(
     let held = active
         .as_ref()
         .and_then(|active| Some((active, instruments.get(active.instrument).ok()?)));
-    let blind = veils.iter().find(|veil| veil.is_blind());
-    let (Some((active, (state, scope))), Some(veil), true) = (held, blind, flow.is_live() && !flow.watches) else {
+    let Some((active, (state, scope))) = held.filter(|_| !flow.watches) else {
         *on = OnTissue::default();
         return;
     };
-    if !(state.cut || state.coagulate) {
+    let blind = veils.iter().find(|veil| veil.is_blind());
+    if blind.is_none() || !flow.is_live() {
+        on.blind_s = 0.0;
+    } else if !(state.cut || state.coagulate) {
         on.blind_s += time.delta_secs();
     }
     let tip = scope.tip(state);
@@ -65,7 +77,7 @@ pub fn notice(
     let middle = middle_of_urethra(active, f64::from(tip.z) + AHEAD_MM);
     on.turn = middle
         .and_then(|middle| turn_to(ahead, middle - tip))
-        .or_else(|| turn(veil, state.roll_deg));
+        .or_else(|| turn(blind?, state.roll_deg));
 }
 
 /// The middle of the urethra at a height as it lay at rest, mm; none past the ends of the lattice.
@@ -84,20 +96,22 @@ fn middle_of_urethra(active: &ActiveExercise, z_mm: f64) -> Option<Vec3> {
 
 /// How a tip that points along `ahead` turns to point along `way`, by the larger of the two turns; none where it nearly does. The
 /// patient's anterior is -y, their left +x.
-fn turn_to(ahead: Vec3, way: Vec3) -> Option<&'static str> {
+fn turn_to(ahead: Vec3, way: Vec3) -> Option<InstrumentAction> {
+    use InstrumentAction::{TipDown, TipLeft, TipRight, TipUp};
     let slope = |way: Vec3| Vec2::new(way.x, way.y) / way.z;
     let apart = slope(way) - slope(ahead);
-    let words = match apart.x.abs() > apart.y.abs() {
-        true if apart.x > 0.0 => "turn the tip right",
-        true => "turn the tip left",
-        false if apart.y > 0.0 => "lower the tip",
-        false => "raise the tip",
+    let turn = match apart.x.abs() > apart.y.abs() {
+        true if apart.x > 0.0 => TipRight,
+        true => TipLeft,
+        false if apart.y > 0.0 => TipDown,
+        false => TipUp,
     };
-    (apart.abs().max_element() > LEAST_DEG.to_radians().tan()).then_some(words)
+    (apart.abs().max_element() > LEAST_DEG.to_radians().tan()).then_some(turn)
 }
 
 /// How the tip turns to the side of the picture that sees most; none where none sees.
-fn turn(veil: &Veil, roll_deg: f32) -> Option<&'static str> {
+fn turn(veil: &Veil, roll_deg: f32) -> Option<InstrumentAction> {
+    use InstrumentAction::{TipDown, TipLeft, TipRight, TipUp};
     let (side, hidden) = (0..).zip(veil.around).min_by(|a, b| a.1.total_cmp(&b.1))?;
     if hidden > SEES {
         return None;
@@ -107,14 +121,7 @@ fn turn(veil: &Veil, roll_deg: f32) -> Option<&'static str> {
     let in_picture = [90.0, 270.0, 180.0, 0.0_f32][side as usize];
     let in_patient = (in_picture - roll_deg).rem_euclid(360.0);
     let quarter = (in_patient / 90.0).round() as usize % 4;
-    Some(
-        [
-            "turn the tip right",
-            "raise the tip",
-            "turn the tip left",
-            "lower the tip",
-        ][quarter],
-    )
+    Some([TipRight, TipUp, TipLeft, TipDown][quarter])
 }
 
 /// Draws the words.
@@ -122,7 +129,13 @@ pub fn show(painter: &Painter, view: Rect, on: &OnTissue, opacity: f32) {
     if !on.is_told() {
         return;
     }
-    let words = match (on.turn, on.is_low) {
+    let turn = on.turn.map(|turn| match turn {
+        InstrumentAction::TipRight => "turn the tip right",
+        InstrumentAction::TipLeft => "turn the tip left",
+        InstrumentAction::TipDown => "lower the tip",
+        _ => "raise the tip",
+    });
+    let words = match (turn, on.is_low) {
         (Some(turn), true) => format!("The lens lies on tissue: {turn}"),
         (Some(turn), false) => format!("The lens lies on tissue: draw back, or {turn}"),
         (None, _) => "The lens lies on tissue: draw back".to_owned(),
@@ -136,6 +149,8 @@ pub fn show(painter: &Painter, view: Rect, on: &OnTissue, opacity: f32) {
 mod tests {
     use super::*;
 
+    use InstrumentAction::{TipDown, TipLeft, TipRight, TipUp};
+
     #[test]
     fn the_tip_turns_to_the_side_that_sees_as_the_patient_lies_and_nowhere_where_none_does() {
         let seeing = |side: usize| {
@@ -144,16 +159,16 @@ mod tests {
             Veil { middle: 1.0, around }
         };
         for (side, roll_deg, wanted) in [
-            (0, 0.0, "raise the tip"),
-            (1, 0.0, "lower the tip"),
-            (2, 0.0, "turn the tip left"),
-            (3, 0.0, "turn the tip right"),
-            (3, 20.0, "turn the tip right"),
+            (0, 0.0, TipUp),
+            (1, 0.0, TipDown),
+            (2, 0.0, TipLeft),
+            (3, 0.0, TipRight),
+            (3, 20.0, TipRight),
             // A quarter clockwise: the patient's anterior is at the left of the picture.
-            (2, 90.0, "raise the tip"),
-            (0, 90.0, "turn the tip right"),
-            (0, 180.0, "lower the tip"),
-            (0, -170.0, "lower the tip"),
+            (2, 90.0, TipUp),
+            (0, 90.0, TipRight),
+            (0, 180.0, TipDown),
+            (0, -170.0, TipDown),
         ] {
             assert_eq!(turn(&seeing(side), roll_deg), Some(wanted), "{side} {roll_deg}");
         }
@@ -168,10 +183,10 @@ mod tests {
     fn the_tip_turns_to_the_urethra_ahead() {
         let ahead = Vec3::new(0.0, -0.1, 1.0);
         for (way, wanted) in [
-            (Vec3::new(0.0, 1.0, 8.0), Some("lower the tip")),
-            (Vec3::new(1.0, -3.0, 8.0), Some("raise the tip")),
-            (Vec3::new(-3.0, -1.0, 8.0), Some("turn the tip left")),
-            (Vec3::new(3.0, 1.0, 8.0), Some("turn the tip right")),
+            (Vec3::new(0.0, 1.0, 8.0), Some(TipDown)),
+            (Vec3::new(1.0, -3.0, 8.0), Some(TipUp)),
+            (Vec3::new(-3.0, -1.0, 8.0), Some(TipLeft)),
+            (Vec3::new(3.0, 1.0, 8.0), Some(TipRight)),
             (Vec3::new(0.1, -0.7, 8.0), None),
         ] {
             assert_eq!(turn_to(ahead, way), wanted, "{way}");

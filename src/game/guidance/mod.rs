@@ -30,6 +30,7 @@ use bevy_egui::{
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::{ActiveExercise, LoopClearance, StepProgress, metrics::StepObservation};
 
+pub use self::lens::OnTissue;
 use self::{
     places::Places,
     skill::{Parts, by_skill},
@@ -52,7 +53,7 @@ const TOLD_S: f32 = 2.0;
 pub fn plugin(app: &mut App) {
     app.init_resource::<Guidance>()
         .init_resource::<Shown>()
-        .init_resource::<lens::OnTissue>()
+        .init_resource::<OnTissue>()
         .add_systems(Update, lens::notice)
         .add_systems(
             Update,
@@ -227,7 +228,7 @@ fn show(
     (lenses, seen, on_tissue): (
         Query<(&Camera, &GlobalTransform), With<EndoscopeCamera>>,
         Res<landmarks::Seen>,
-        Res<lens::OnTissue>,
+        Res<OnTissue>,
     ),
     (progress, observed): (Res<StepProgress>, Res<StepObservation>),
 ) -> Result {
@@ -254,7 +255,9 @@ fn show(
                 landmarks::name_middle(&painter, camera, zoom.0, &seen, parts.landmarks);
             }
         }
-        if let Some(view) = views.endoscope {
+        // Whoever holds what they look for at the rim of the picture is not sent away from it.
+        let is_held = wanted.is_some_and(|(_, landmark)| landmark.unseen.is_none());
+        if let Some(view) = views.endoscope.filter(|_| !is_held) {
             lens::show(&painter, view, &on_tissue, parts.landmarks);
         }
     }
