@@ -1,5 +1,5 @@
-//! What the coagulating current does to vessels, told in the endoscope's view as it happens: blood in the water hides whether the
-//! wire is on a vessel, and whether it has closed it.
+//! What the current does, told in the endoscope's view as it happens: blood in the water hides whether the wire is on a vessel and
+//! whether it has closed it; a cut through water looks like one through tissue that hides the wire.
 
 use bevy::prelude::*;
 use bevy_egui::{
@@ -23,7 +23,9 @@ use crate::view::EndoscopeCamera;
 const TOLD_S: f32 = 1.6;
 /// A current that has met no vessel for so long is told so, s: a wire that is brought onto one meets it by then.
 const IN_VAIN_S: f32 = 0.4;
-/// And is told where one is that is no further from the wire than this, mm.
+/// A cut that has met no tissue for so long is told so, s: the loop is sunk in by then.
+const CUTS_NOTHING_S: f32 = 0.8;
+/// A current in vain is told where a vessel is that is no further from the wire than this, mm.
 const BESIDE_MM: f32 = 12.0;
 /// Height of the words, points, and of their lower edge above that of the view.
 const SIZE: f32 = 17.0;
@@ -45,12 +47,16 @@ struct Closing {
     is_under_way: bool,
     /// For how long the current has met none while some bleed, or has flowed into a loop that is drawn in, s.
     in_vain_s: f32,
+    /// For how long the cutting current has met no tissue, s.
+    cuts_nothing_s: f32,
     /// Whether the loop is drawn in.
     is_drawn_in: bool,
     /// Whether the wire touches tissue.
     touches: bool,
     /// The way from the wire to the nearest that bleeds, mm: right, up and back as the sheath is held; none where that is far.
     beside: Option<Vec3>,
+    /// How far the sheath is rolled, degrees.
+    roll_deg: f32,
 }
 
 /// The way from the wire to the nearest vessel that bleeds, in the sheath's frame, mm; none where none is within [`BESIDE_MM`].
@@ -69,15 +75,22 @@ impl Closing {
         } else if self.in_vain_s > IN_VAIN_S && self.is_drawn_in {
             Some(("The loop is drawn in: push it out".into(), palette::CAREFUL))
         } else if self.in_vain_s > IN_VAIN_S {
-            let where_one_is = self
-                .beside
-                .map_or(String::new(), |way| format!(": a vessel bleeds {}", whither(way)));
+            let where_one_is = self.beside.map_or(String::new(), |way| {
+                format!(": a vessel bleeds {}", whither(way, self.roll_deg))
+            });
             let trouble = if self.touches {
                 "No bleeding vessel under the loop"
             } else {
                 "The loop touches no tissue"
             };
             Some((format!("{trouble}{where_one_is}"), palette::CAREFUL))
+        } else if self.cuts_nothing_s > CUTS_NOTHING_S {
+            let trouble = if self.is_drawn_in {
+                "The loop is drawn in: let go of the pedal"
+            } else {
+                "The loop touches no tissue"
+            };
+            Some((trouble.into(), palette::CAREFUL))
         } else {
             None
         }
@@ -99,13 +112,24 @@ fn notice(
     let state = active
         .as_ref()
         .and_then(|active| instruments.get(active.instrument).ok());
-    let (Some((state, scope)), Some(vessels)) = (state, vessels) else {
+    let Some((state, scope)) = state else {
         closing.set_if_neq(Closing::default());
+        return;
+    };
+    let so_far = |is: bool, before_s: f32| if is { before_s + time.delta_secs() } else { 0.0 };
+    let touches = step.is_some_and(|step| step.loop_in_tissue);
+    let is_drawn_in = ResectoscopeGeometry::is_drawn_in(state.stroke_mm);
+    let cuts_nothing_s = so_far(state.cut && !touches, closing.cuts_nothing_s);
+    let Some(vessels) = vessels else {
+        closing.set_if_neq(Closing {
+            cuts_nothing_s,
+            is_drawn_in,
+            ..default()
+        });
         return;
     };
     let coagulates = state.coagulate && !state.cut;
     let is_under_way = coagulates && vessels.open().any(|vessel| vessel.dwell_s > 0.0);
-    let is_drawn_in = ResectoscopeGeometry::is_drawn_in(state.stroke_mm);
     // A step that asks for brown tissue is told by its bar how that goes: no word of vessels beside it.
     let asked = active.as_ref().zip(progress).and_then(|(active, progress)| {
         let step = progress.current(&active.exercise)?;
@@ -123,14 +147,12 @@ fn notice(
             (closing.told_s - time.delta_secs()).max(0.0)
         },
         is_under_way,
-        in_vain_s: if is_in_vain {
-            closing.in_vain_s + time.delta_secs()
-        } else {
-            0.0
-        },
+        in_vain_s: so_far(is_in_vain, closing.in_vain_s),
+        cuts_nothing_s,
         is_drawn_in,
-        touches: step.is_some_and(|step| step.loop_in_tissue),
+        touches,
         beside: is_in_vain.then(|| beside(scope, state, vessels)).flatten(),
+        roll_deg: state.roll_deg,
     };
     closing.set_if_neq(now);
 }
@@ -200,9 +222,11 @@ mod tests {
             told_s,
             is_under_way,
             in_vain_s,
+            cuts_nothing_s: 0.0,
             is_drawn_in: false,
             touches: true,
             beside: None,
+            roll_deg: 0.0,
         };
         assert!(closing(true, 1.0, 0.0).words().unwrap().0.starts_with("Closing"));
         assert_eq!(closing(false, 1.0, 1.0).words().unwrap().0, "Vessel closed");
@@ -212,5 +236,24 @@ mod tests {
             ..closing(false, 0.0, 1.0)
         };
         assert_eq!(in_water.words().unwrap().0, "The loop touches no tissue");
+    }
+
+    #[test]
+    fn a_cut_through_water_is_told_so_in_a_dry_exercise_too() {
+        let mut trial = Trial::new(());
+        trial.app.init_resource::<Closing>().add_systems(Update, notice);
+        trial.start("first_cuts").unwrap();
+        let instrument = trial.app.world().resource::<ActiveExercise>().instrument;
+        trial.steps(60);
+        assert_eq!(words(&trial), None);
+        let press = move |mut states: Query<&mut InstrumentState>| states.get_mut(instrument).unwrap().cut = true;
+        trial.app.add_systems(Update, press.before(notice));
+        trial.steps(20);
+        assert_eq!(words(&trial), None, "no word before the loop could be sunk in");
+        trial.steps(60);
+        assert_eq!(
+            words(&trial).as_deref(),
+            Some("The loop is drawn in: let go of the pedal")
+        );
     }
 }

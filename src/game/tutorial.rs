@@ -96,6 +96,7 @@ fn show(
         ),
     };
     let state = instruments.get(active.instrument).ok();
+    let roll_deg = state.map_or(0.0, |state| state.roll_deg);
     let has_pad = !pads.is_empty();
     let (frame, count) = if done.left_s > 0.0 {
         (
@@ -116,7 +117,7 @@ fn show(
                 ui.label(RichText::new(count).size(13.0).strong().color(frame));
                 ui.label(RichText::new(&step.say).size(18.0).strong());
                 let actions = match progress.away {
-                    Some(way) => vec![action(way)],
+                    Some(way) => vec![action(way, roll_deg)],
                     None if progress.is_blind => on_tissue.ways_out(),
                     None => [step.until.actions(), &step.also].concat(),
                 };
@@ -144,7 +145,7 @@ fn show(
                     );
                 }
                 if let Some(way) = progress.away {
-                    let back = format!("Not here: the marked tissue is {}", whither(way));
+                    let back = format!("Not here: the marked tissue is {}", whither(way, roll_deg));
                     ui.label(RichText::new(back).strong().color(palette::CAREFUL));
                 } else if progress.is_blind {
                     let blind = "This does not count: tissue lies close before the lens";
@@ -152,7 +153,7 @@ fn show(
                 } else if let Some(landmark) = observed.landmark.filter(|_| shown.names_landmarks()) {
                     let (words, is_good) = match step.until {
                         Trigger::LookedAt { .. } => (in_sight(&landmark), landmark.unseen.is_none()),
-                        _ => (format!("It is {}", whither(landmark.from_tip)), false),
+                        _ => (format!("It is {}", whither(landmark.from_tip, roll_deg)), false),
                     };
                     let colour = if is_good { palette::GOOD } else { palette::FOCUS };
                     ui.label(RichText::new(words).strong().color(colour));

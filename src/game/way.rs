@@ -1,11 +1,24 @@
 //! A way through the gland in words: to a vessel, to the tissue that an exercise is about, to a landmark.
 
-use bevy::math::Vec3;
+use bevy::math::{Quat, Vec3};
 use resecta_instrument::InstrumentAction;
 use resecta_scenario::{LandmarkObservation, Unseen};
 
-/// A way in the sheath's frame, mm (right, up and back), by its longest part: as the view has it, where the sheath is rolled.
-pub fn whither(way: Vec3) -> String {
+/// From this roll on, degrees, what is higher in the view is no longer reached by raising the tip.
+const ROLLED_DEG: f32 = 30.0;
+
+/// A way in the frame of a sheath that is rolled by so many degrees, mm (right, up and back), by its longest part: as the view has it,
+/// and what the tip does for it where the view is rolled away from the hands.
+pub fn whither(way: Vec3, roll_deg: f32) -> String {
+    let told = in_view(way);
+    match action(way, roll_deg) {
+        InstrumentAction::Advance | InstrumentAction::Withdraw => told,
+        turn if roll_deg.abs() > ROLLED_DEG => format!("{told} ({})", turn.label().to_lowercase()),
+        _ => told,
+    }
+}
+
+fn in_view(way: Vec3) -> String {
     let (size, [over, under]) = longest(
         way,
         [
@@ -17,10 +30,11 @@ pub fn whither(way: Vec3) -> String {
     format!("{:.0} mm {}", size.abs(), if size > 0.0 { over } else { under })
 }
 
-/// What the hands do to go that way.
-pub fn action(way: Vec3) -> InstrumentAction {
+/// What the hands do to go that way: they turn the tip as the patient lies, however the sheath is rolled.
+pub fn action(way: Vec3, roll_deg: f32) -> InstrumentAction {
     use InstrumentAction::{Advance, TipDown, TipLeft, TipRight, TipUp, Withdraw};
-    let (size, [over, under]) = longest(way, [[TipRight, TipLeft], [TipUp, TipDown], [Withdraw, Advance]]);
+    let unrolled = Quat::from_rotation_z(-roll_deg.to_radians()) * way;
+    let (size, [over, under]) = longest(unrolled, [[TipRight, TipLeft], [TipUp, TipDown], [Withdraw, Advance]]);
     if size > 0.0 { over } else { under }
 }
 
@@ -29,7 +43,8 @@ pub fn in_sight(landmark: &LandmarkObservation) -> String {
     let way = landmark.from_lens;
     match landmark.unseen {
         None => "In the picture: hold it there".to_owned(),
-        Some(Unseen::OutOfField) if way.z > 0.0 => "You are past it: draw back".to_owned(),
+        // The field ends well before half a right angle from its middle.
+        Some(Unseen::OutOfField) if way.z > -way.truncate().length() => "You are past it: draw back".to_owned(),
         Some(Unseen::OutOfField) => {
             let aside = way.with_z(0.0);
             let (size, [over, under]) = longest(aside, [["right", "left"], ["upper", "lower"], ["", ""]]);
@@ -52,6 +67,9 @@ fn longest<T>(way: Vec3, words: [T; 3]) -> (f32, T) {
 
 #[cfg(test)]
 mod tests {
+    use bevy::prelude::default;
+    use resecta_instrument::{InstrumentState, Resectoscope};
+
     use super::*;
 
     #[test]
@@ -62,10 +80,52 @@ mod tests {
             (Vec3::new(-3.0, 1.0, 2.0), "3 mm to the left"),
             (Vec3::new(-3.0, -5.0, 2.0), "5 mm lower in the view"),
         ] {
-            assert_eq!(whither(way), told);
+            assert_eq!(whither(way, 20.0), told);
         }
-        assert_eq!(action(Vec3::new(0.5, -1.0, 12.0)), InstrumentAction::Withdraw);
-        assert_eq!(action(Vec3::new(0.5, -9.0, 2.0)), InstrumentAction::TipDown);
+        assert_eq!(action(Vec3::new(0.5, -1.0, 12.0), 0.0), InstrumentAction::Withdraw);
+        assert_eq!(action(Vec3::new(0.5, -9.0, 2.0), 0.0), InstrumentAction::TipDown);
+    }
+
+    #[test]
+    fn hands_turn_the_tip_as_the_patient_lies_in_a_view_that_is_rolled() {
+        let scope = Resectoscope::new(Vec3::ZERO, Vec3::Z, Vec3::NEG_Y).expect("a direction and another across it");
+        for roll_deg in [-90.0, -50.0, 0.0, 50.0, 90.0, 170.0] {
+            let state = InstrumentState {
+                insertion_mm: 30.0,
+                roll_deg,
+                ..default()
+            };
+            let sheath = scope.sheath_pose(&state);
+            for (turned, wanted) in [
+                (
+                    InstrumentState {
+                        pitch_deg: 10.0,
+                        ..state
+                    },
+                    InstrumentAction::TipUp,
+                ),
+                (
+                    InstrumentState {
+                        pitch_deg: -10.0,
+                        ..state
+                    },
+                    InstrumentAction::TipDown,
+                ),
+                (InstrumentState { yaw_deg: 10.0, ..state }, InstrumentAction::TipRight),
+                (
+                    InstrumentState {
+                        yaw_deg: -10.0,
+                        ..state
+                    },
+                    InstrumentAction::TipLeft,
+                ),
+            ] {
+                let way = sheath.inverse() * scope.tip(&turned);
+                assert_eq!(action(way, roll_deg), wanted, "rolled by {roll_deg}");
+            }
+        }
+        let way = Vec3::new(0.0, 3.0, 0.0);
+        assert_eq!(whither(way, 90.0), "3 mm higher in the view (tip right)");
     }
 
     #[test]
@@ -80,7 +140,8 @@ mod tests {
         let aside = Some(Unseen::OutOfField);
         assert_eq!(at([0.0, 0.0, -9.0], None), "In the picture: hold it there");
         assert_eq!(at([1.0, 8.0, -9.0], aside), "Out of the picture: beyond its upper rim");
-        assert_eq!(at([-8.0, 1.0, -3.0], aside), "Out of the picture: beyond its left rim");
+        assert_eq!(at([-8.0, 1.0, -9.0], aside), "Out of the picture: beyond its left rim");
+        assert_eq!(at([1.0, -8.0, -3.0], aside), "You are past it: draw back");
         assert_eq!(at([-8.0, 1.0, 3.0], aside), "You are past it: draw back");
         assert_eq!(
             at([0.0, 0.0, -51.0], Some(Unseen::InTheDark)),

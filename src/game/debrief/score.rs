@@ -1,7 +1,9 @@
 //! The score line by line against its pars, views at key moments, and what to do better.
 
 use bevy_egui::egui::{self, RichText, Sense, Stroke, Ui};
-use resecta_scenario::{ActiveExercise, Condition, Medal, MetricId, Metrics, PartScore, ScoreCard, ScoreLine, advice};
+use resecta_scenario::{
+    ActiveExercise, Condition, Medal, MetricId, Metrics, PartScore, ScoreCard, ScoreLine, ScoreRule, advice,
+};
 
 use super::{
     super::{
@@ -34,7 +36,7 @@ pub fn show(
     let kept: Vec<&Kept> = moments.kept().collect();
     ui.horizontal_top(|ui| {
         let shows_views = menu::part(ui, [width * 0.66, ui.available_height()], |ui| {
-            lines(ui, card);
+            lines(ui, card, &active.exercise.scoring);
             if let Some(note) = not_done(active, metrics) {
                 ui.label(RichText::new(note).size(14.0).color(palette::CAREFUL));
             }
@@ -42,8 +44,8 @@ pub fn show(
                 ui.label(RichText::new(note).size(14.0).color(palette::CAREFUL));
             }
             ui.add_space(6.0);
-            let note = "Points follow the formula that the exercise file states; medals are told beside it and earn no \
-                            points. Point at a line for what it measures, its formula and where its values come from.";
+            let note = "The exercise file states what a line is worth. The medal of the run is that of all points together; those of \
+                            lines earn none. Point at a line for what it measures, what earns points and where that comes from.";
             ui.label(RichText::new(note).size(12.5).color(palette::WEAK));
             ui.add_space(6.0);
             let has_room = Views::within(ui.available_size(), kept.len()).side >= LEAST_BELOW_LINES;
@@ -88,7 +90,7 @@ pub fn show(
     });
 }
 
-fn lines(ui: &mut Ui, card: &ScoreCard) {
+fn lines(ui: &mut Ui, card: &ScoreCard, rules: &[ScoreRule]) {
     egui::Grid::new("lines")
         .num_columns(5)
         .striped(true)
@@ -102,7 +104,9 @@ fn lines(ui: &mut Ui, card: &ScoreCard) {
             }
             ui.end_row();
             for line in &card.lines {
-                let mut basis = format!("{}\n{}\n{}", line.metric.info().doc, line.formula, line.basis);
+                let rule = rules.iter().find(|rule| rule.metric == line.metric);
+                let points = rule.map_or(line.formula.clone(), in_proportion);
+                let mut basis = format!("{}\n{points}\n{}", line.metric.info().doc.trim(), line.basis);
                 if let Some(pars) = &line.pars {
                     basis.push_str(&format!("\nBronze, silver, gold: {}", pars.basis));
                 }
@@ -207,6 +211,20 @@ pub fn value(metric: MetricId, value: f64) -> String {
             format!("{value:.digits$} {unit}")
         }
     }
+}
+
+/// What earns points by a rule, in words.
+fn in_proportion(rule: &ScoreRule) -> String {
+    let [none, all] = [rule.from, rule.to].map(|at| value(rule.metric, at));
+    let [worse, better] = if rule.to > rule.from {
+        ["less", "more"]
+    } else {
+        ["more", "less"]
+    };
+    format!(
+        "None at {none} or {worse}, all {:.0} points at {all} or {better}, in proportion between.",
+        rule.points
+    )
 }
 
 /// The three pars, the best one earned filled in.
@@ -357,6 +375,28 @@ mod tests {
         // 40.2 s are no 40: the par that they miss stands beside them.
         assert_eq!(value(MetricId::BlindTime, 40.2), "40.2 s");
         assert_eq!(value(MetricId::BlindTime, 269.4), "269 s");
+    }
+
+    #[test]
+    fn what_earns_points_is_told_from_the_worse_end_to_the_better() {
+        let rule = |metric, from, to| ScoreRule {
+            metric,
+            part: None,
+            points: 30.0,
+            from,
+            to,
+            basis: String::new(),
+            pars: None,
+            needs: None,
+        };
+        assert_eq!(
+            in_proportion(&rule(MetricId::BloodLost, 80.0, 15.0)),
+            "None at 80 ml or more, all 30 points at 15 ml or less, in proportion between."
+        );
+        assert_eq!(
+            in_proportion(&rule(MetricId::MarkedRemovedShare, 0.0, 0.9)),
+            "None at 0 % or less, all 30 points at 90 % or more, in proportion between."
+        );
     }
 
     #[test]
