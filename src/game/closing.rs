@@ -47,7 +47,7 @@ struct Closing {
     is_under_way: bool,
     /// For how long the current has met none while some bleed, or has flowed into a loop that is drawn in, s.
     in_vain_s: f32,
-    /// For how long the cutting current has met no tissue, s.
+    /// For how long the cutting current has met no tissue, or has flowed into a loop that is drawn in, s.
     cuts_nothing_s: f32,
     /// Whether the loop is drawn in.
     is_drawn_in: bool,
@@ -119,7 +119,7 @@ fn notice(
     let so_far = |is: bool, before_s: f32| if is { before_s + time.delta_secs() } else { 0.0 };
     let touches = step.is_some_and(|step| step.loop_in_tissue);
     let is_drawn_in = ResectoscopeGeometry::is_drawn_in(state.stroke_mm);
-    let cuts_nothing_s = so_far(state.cut && !touches, closing.cuts_nothing_s);
+    let cuts_nothing_s = so_far(state.cut && (is_drawn_in || !touches), closing.cuts_nothing_s);
     let Some(vessels) = vessels else {
         closing.set_if_neq(Closing {
             cuts_nothing_s,
