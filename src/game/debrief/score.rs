@@ -103,9 +103,9 @@ fn lines(ui: &mut Ui, card: &ScoreCard, rules: &[ScoreRule]) {
                 ui.label(RichText::new(title).size(13.0).color(palette::WEAK));
             }
             ui.end_row();
-            for line in &card.lines {
-                let rule = rules.iter().find(|rule| rule.metric == line.metric);
-                let points = rule.map_or(line.formula.clone(), in_proportion);
+            // A line for each rule, in the order of the file.
+            for (line, rule) in card.lines.iter().zip(rules) {
+                let points = in_proportion(rule);
                 let mut basis = format!("{}\n{points}\n{}", line.metric.info().doc.trim(), line.basis);
                 if let Some(pars) = &line.pars {
                     basis.push_str(&format!("\nBronze, silver, gold: {}", pars.basis));
@@ -222,7 +222,7 @@ fn in_proportion(rule: &ScoreRule) -> String {
         ["more", "less"]
     };
     format!(
-        "None at {none} or {worse}, all {:.0} points at {all} or {better}, in proportion between.",
+        "None at {none} or {worse}, all {} points at {all} or {better}, in proportion between.",
         rule.points
     )
 }

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use bevy_egui::egui::{Align2, Painter, Rect};
 use resecta_instrument::{InstrumentAction, InstrumentState, Resectoscope};
-use resecta_scenario::ActiveExercise;
+use resecta_scenario::{ActiveExercise, StepProgress};
 
 use super::shadowed;
 use crate::{
@@ -55,16 +55,18 @@ pub fn notice(
     active: Option<Res<ActiveExercise>>,
     instruments: Query<(&InstrumentState, &Resectoscope)>,
     veils: Query<&Veil>,
+    progress: Res<StepProgress>,
     mut on: ResMut<OnTissue>,
 ) {
     let held = active
         .as_ref()
         .and_then(|active| Some((active, instruments.get(active.instrument).ok()?)));
-    let Some((active, (state, scope))) = held.filter(|_| !flow.watches) else {
+    let blind = veils.iter().find(|veil| veil.is_blind());
+    let is_asked = (blind.is_some() || progress.is_blind) && !flow.watches;
+    let Some((active, (state, scope))) = held.filter(|_| is_asked) else {
         *on = OnTissue::default();
         return;
     };
-    let blind = veils.iter().find(|veil| veil.is_blind());
     if blind.is_none() || !flow.is_live() {
         on.blind_s = 0.0;
     } else if !(state.cut || state.coagulate) {
