@@ -136,12 +136,12 @@ fn prepare(
             context.memory_mut(|memory| memory.surrender_focus(id));
         }
     }
+    // A click takes the focus from where it was: `Enter` is to do after it what it did before.
     let is_asked_for = focused.is_none()
         && context.input(|input| {
             use egui::Key::{ArrowDown, ArrowLeft, ArrowRight, ArrowUp, Enter};
-            [ArrowDown, ArrowLeft, ArrowRight, ArrowUp, Enter]
-                .into_iter()
-                .any(|key| input.key_pressed(key))
+            let keys = [ArrowDown, ArrowLeft, ArrowRight, ArrowUp, Enter];
+            keys.into_iter().any(|key| input.key_pressed(key)) || input.pointer.any_released()
         });
     focus.lead = focus.screen != screen || is_asked_for || focus.hands_off_s.is_some();
     focus.screen = screen;

@@ -118,7 +118,9 @@ fn show(
         header(ui, &active, reason, &card, &metrics);
         ui.add_space(4.0);
         ui.horizontal(|ui| {
-            for (page, name) in Page::ALL {
+            // Nothing was to be cut and nothing was: a map of that tells nothing.
+            let is_cut = tells_removed(&active.exercise, &metrics);
+            for (page, name) in Page::ALL.into_iter().filter(|(page, _)| is_cut || *page != Page::Map) {
                 let is_shown = debriefing.page == page;
                 let text = RichText::new(name).color(if is_shown { palette::ACCENT } else { palette::TEXT });
                 let button = egui::Button::new(text)

@@ -2,17 +2,15 @@
 //!
 //! One ray is cast a frame, in turn, so that names cost the same at any number of them.
 
-use std::f32::consts::TAU;
-
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align2, Painter, Stroke};
+use bevy_egui::egui::{self, Align2, Painter};
 use resecta_anatomy::{BladderShape, Landmark, Zone};
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::{ActiveExercise, FAR_MM, LandmarkObservation, Sight, Unseen};
 use resecta_tissue::Tissue;
 
-use super::{super::overlay::shadowed, super::palette, Shown};
-use crate::view::{ViewSystems, shown_at};
+use super::{super::overlay::shadowed, super::palette, Shown, picture::Picture};
+use crate::view::ViewSystems;
 
 /// Within this distance of the capsule a wall is called by it, mm.
 const CAPSULE_MM: f64 = 1.0;
@@ -27,13 +25,6 @@ const MOUND_MM: f64 = 4.0;
 /// this, now that.
 const STEADY_S: f32 = 0.3;
 const STEADY: u32 = 3;
-
-/// How much of its colour a landmark keeps that tissue or murk is before.
-const HIDDEN: f32 = 0.55;
-/// Where the head of an arrow to what is outside the picture is, and where its name ends, as shares of the radius; its length, points.
-const ARROW_AT: f32 = 0.97;
-const ARROW_NAME_AT: f32 = 0.76;
-const ARROW: f32 = 26.0;
 
 pub fn plugin(app: &mut App) {
     app.init_resource::<Seen>()
@@ -185,18 +176,7 @@ fn beyond(active: &ActiveExercise, place: Vec3) -> &'static str {
 
 /// Marks what is seen in the endoscope's picture and names it. The landmark that the present step wants is marked behind tissue, too,
 /// fainter, and outside the picture by an arrow at the rim.
-pub fn show(
-    painter: &Painter,
-    camera: &Camera,
-    eye: &GlobalTransform,
-    zoom: f32,
-    (seen, wanted): (&Seen, Option<(Landmark, LandmarkObservation)>),
-    opacity: f32,
-) {
-    let Some((centre, radius)) = round_field(camera, zoom) else {
-        return;
-    };
-    let point = 1.0 / zoom;
+pub fn show(picture: &Picture, seen: &Seen, wanted: Option<(Landmark, LandmarkObservation)>, opacity: f32) {
     let colour = palette::FOCUS.gamma_multiply(opacity);
     for sight in &seen.landmarks {
         // What is wanted is looked for in every step, the others in turn.
@@ -205,88 +185,23 @@ pub fn show(
             Some((_, observed)) => observed.unseen,
             None => (!sight.is_seen).then_some(Unseen::OutOfField),
         };
-        if unseen == Some(Unseen::OutOfField) {
-            continue;
-        }
-        let is_hidden = unseen.is_some();
-        let straight = camera.world_to_viewport(eye, sight.place).ok();
-        let Some(at) = straight.and_then(|straight| shown_at(camera, straight)) else {
-            continue;
-        };
-        let at = egui::pos2(at.x, at.y) * point;
-        if at.distance(centre) > 0.96 * radius {
-            continue;
-        }
-        let colour = colour.gamma_multiply(if is_hidden { HIDDEN } else { 1.0 });
-        let ring = (0..=24).map(|n| at + 9.0 * egui::Vec2::angled(TAU * n as f32 / 24.0));
-        painter.add(egui::Shape::dashed_line(
-            &ring.collect::<Vec<_>>(),
-            Stroke::new(1.5, colour),
-            3.0,
-            2.5,
-        ));
-        // Towards the rim, so that the middle stays free.
-        let (anchor, shift) = if at.x < centre.x {
-            (Align2::RIGHT_CENTER, -14.0)
-        } else {
-            (Align2::LEFT_CENTER, 14.0)
-        };
-        let name = sight.landmark.name();
-        shadowed(painter, at + egui::vec2(shift, 0.0), anchor, name, 14.0, colour);
+        picture.mark(sight.place, unseen, sight.landmark.name(), colour);
     }
     if let Some((landmark, observed)) = wanted.filter(|(_, observed)| observed.unseen == Some(Unseen::OutOfField)) {
-        // Up in the picture is down in points.
-        let way = egui::vec2(observed.from_lens.x, -observed.from_lens.y).normalized();
-        let name = landmark.name();
-        let is_behind = observed.from_lens.z > 0.0;
-        let name = if is_behind {
-            format!("{name}, behind")
-        } else {
-            name.to_owned()
-        };
-        point_to(painter, centre, radius, way, &name, colour);
+        picture.point_to(observed.from_lens, landmark.name(), colour);
     }
-}
-
-/// An arrow at the rim of the round field, and the name of what it points to. `way` is a direction, or zero: then there is none.
-fn point_to(painter: &Painter, centre: egui::Pos2, radius: f32, way: egui::Vec2, name: &str, colour: egui::Color32) {
-    if way == egui::Vec2::ZERO {
-        return;
-    }
-    let head = centre + ARROW_AT * radius * way;
-    let foot = head - ARROW * way;
-    let aside = 0.32 * ARROW * way.rot90();
-    painter.add(egui::Shape::convex_polygon(
-        vec![head, foot + aside, foot - aside],
-        colour,
-        Stroke::new(1.0, palette::GROUND.gamma_multiply(0.8)),
-    ));
-    let size = painter
-        .layout_no_wrap(name.to_owned(), egui::FontId::proportional(14.0), colour)
-        .size();
-    // So far in that it stands on nothing that is named at the rim.
-    let half = 0.5 * (way.x.abs() * size.x + way.y.abs() * size.y);
-    let at = centre + (ARROW_NAME_AT * radius - half) * way;
-    shadowed(painter, at, Align2::CENTER_CENTER, name, 14.0, colour);
 }
 
 /// Names the middle of the endoscope's picture, at its rim.
-pub fn name_middle(painter: &Painter, camera: &Camera, zoom: f32, seen: &Seen, opacity: f32) {
-    let Some((centre, radius)) = round_field(camera, zoom).filter(|_| !seen.middle.is_empty()) else {
+pub fn name_middle(painter: &Painter, picture: &Picture, seen: &Seen, opacity: f32) {
+    if seen.middle.is_empty() {
         return;
-    };
-    let below = centre + egui::vec2(0.0, 0.84 * radius);
+    }
+    let below = picture.centre + egui::vec2(0.0, 0.84 * picture.radius);
     let text = palette::TEXT.gamma_multiply(opacity);
     // It names what lies ahead, not what it stands on.
     let words = format!("ahead: {}", seen.middle);
     shadowed(painter, below, Align2::CENTER_CENTER, &words, 15.0, text);
-}
-
-/// Middle and radius of the round picture, points.
-fn round_field(camera: &Camera, zoom: f32) -> Option<(egui::Pos2, f32)> {
-    let area = camera.logical_viewport_rect()?;
-    let centre = egui::pos2(area.center().x, area.center().y) / zoom;
-    Some((centre, 0.5 * area.width().min(area.height()) / zoom))
 }
 
 #[cfg(test)]

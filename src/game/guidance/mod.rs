@@ -6,17 +6,21 @@
 //! | what fades with which score | `skill.rs` |
 //! | where in the window each part is | `places.rs` |
 //! | names of what is in view | `landmarks.rs` |
+//! | which bleeder is to be closed next | `bleeders.rs` |
+//! | how a place is marked in the picture | `picture.rs` |
 //! | what to do about a lens that lies on tissue | `lens.rs` |
 //! | distances from the loop to capsule and sphincter | `distances.rs` |
 //! | the transverse slice at the loop, and the row of slices along the gland | `slices.rs`, `section.rs` |
 //! | contours of the case at any height | `contours.rs` |
 //! | the small map | `map.rs` |
 
+mod bleeders;
 mod contours;
 mod distances;
 mod landmarks;
 mod lens;
 mod map;
+mod picture;
 mod places;
 mod section;
 mod skill;
@@ -32,6 +36,7 @@ use resecta_scenario::{ActiveExercise, LoopClearance, StepProgress, metrics::Ste
 
 pub use self::lens::OnTissue;
 use self::{
+    picture::Picture,
     places::Places,
     skill::{Parts, by_skill},
 };
@@ -69,7 +74,7 @@ pub fn plugin(app: &mut App) {
                 .run_if(is_anything_shown),
         )
         .add_systems(EguiPrimaryContextPass, tell.in_set(MenuSystems::Show));
-    app.add_plugins((landmarks::plugin, slices::plugin));
+    app.add_plugins((bleeders::plugin, landmarks::plugin, slices::plugin));
 }
 
 /// How much guidance the player wants.
@@ -225,9 +230,10 @@ fn show(
     slices: Res<slices::Slices>,
     instruments: Query<(&InstrumentState, &Resectoscope, Option<&LoopClearance>)>,
     cameras: Query<(&Camera, Has<EndoscopeCamera>), Or<(With<EndoscopeCamera>, With<OutsideCamera>)>>,
-    (lenses, seen, on_tissue): (
+    (lenses, seen, bleeder, on_tissue): (
         Query<(&Camera, &GlobalTransform), With<EndoscopeCamera>>,
         Res<landmarks::Seen>,
+        Res<bleeders::NextBleeder>,
         Res<OnTissue>,
     ),
     (progress, observed): (Res<StepProgress>, Res<StepObservation>),
@@ -248,11 +254,13 @@ fn show(
     if shown.names_landmarks() {
         let wanted = progress.present(&active.exercise);
         let wanted = wanted.and_then(|step| Some((step.until.landmark()?, observed.landmark?)));
-        for (camera, eye) in lenses.iter().filter(|(camera, _)| camera.is_active) {
-            landmarks::show(&painter, camera, eye, zoom.0, (&seen, wanted), parts.landmarks);
+        let lenses = lenses.iter().filter(|(camera, _)| camera.is_active);
+        for picture in lenses.filter_map(|(camera, eye)| Picture::of(&painter, camera, eye, zoom.0)) {
+            landmarks::show(&picture, &seen, wanted, parts.landmarks);
+            bleeders::show(&picture, &bleeder, parts.landmarks);
             // A lens that lies on tissue has nothing ahead.
             if !on_tissue.is_told() {
-                landmarks::name_middle(&painter, camera, zoom.0, &seen, parts.landmarks);
+                landmarks::name_middle(&painter, &picture, &seen, parts.landmarks);
             }
         }
         // Whoever holds what they look for at the rim of the picture is not sent away from it.

@@ -5,7 +5,7 @@ use resecta_scenario::Medal;
 /// How much of each part is shown, as opacity from 0 (not at all) to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Parts {
-    /// Names of what is in view.
+    /// Names of what is in view, and the mark of the next bleeder.
     pub landmarks: f32,
     /// Slice at the loop, row of slices, map.
     pub slice: f32,
@@ -43,7 +43,7 @@ const SHARES: [(Medal, f64); 3] = [
 
 /// What is shown to a player whose best run of the exercise reached this share of its points (none: never played).
 ///
-/// | best run | names of landmarks | slice, row, map | distances |
+/// | best run | names of landmarks, mark of the next bleeder | slice, row, map | distances |
 /// |---|---|---|---|
 /// | none, or below bronze | full | full | full |
 /// | bronze | 0.6 | 0.6 | full |

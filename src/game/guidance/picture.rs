@@ -1,0 +1,106 @@
+//! How a place is marked in the endoscope's picture: by a ring and its name where it is in the picture, by an arrow at the rim where it
+//! is beyond.
+
+use std::f32::consts::TAU;
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Align2, Color32, Painter, Stroke};
+use resecta_scenario::Unseen;
+
+use super::super::{overlay::shadowed, palette};
+use crate::view::shown_at;
+
+/// How much of its colour the mark of a place keeps that tissue or murk is before.
+const HIDDEN: f32 = 0.55;
+/// Radius of a ring, points, and how far from its middle the name begins.
+const RING: f32 = 9.0;
+const NAME_BESIDE: f32 = 14.0;
+/// Where the head of an arrow to what is outside the picture is, and where its name ends, as shares of the radius; its length, points.
+const ARROW_AT: f32 = 0.97;
+const ARROW_NAME_AT: f32 = 0.76;
+const ARROW: f32 = 26.0;
+
+/// The endoscope's picture as it lies in the window.
+pub struct Picture<'a> {
+    painter: &'a Painter,
+    camera: &'a Camera,
+    eye: &'a GlobalTransform,
+    /// Middle and radius of the round field, points.
+    pub centre: egui::Pos2,
+    pub radius: f32,
+    /// A logical pixel of the window, points.
+    point: f32,
+}
+
+impl<'a> Picture<'a> {
+    /// The picture of a camera; none where the window shows none.
+    pub fn of(painter: &'a Painter, camera: &'a Camera, eye: &'a GlobalTransform, zoom: f32) -> Option<Self> {
+        let area = camera.logical_viewport_rect()?;
+        let centre = egui::pos2(area.center().x, area.center().y) / zoom;
+        Some(Picture {
+            painter,
+            camera,
+            eye,
+            centre,
+            radius: 0.5 * area.width().min(area.height()) / zoom,
+            point: 1.0 / zoom,
+        })
+    }
+
+    /// Marks a place, and names it: by a ring, fainter where something hides it, and not at all where it is out of the field.
+    pub fn mark(&self, place: Vec3, unseen: Option<Unseen>, name: &str, colour: Color32) {
+        if unseen == Some(Unseen::OutOfField) {
+            return;
+        }
+        let straight = self.camera.world_to_viewport(self.eye, place).ok();
+        let Some(at) = straight.and_then(|straight| shown_at(self.camera, straight)) else {
+            return;
+        };
+        let at = egui::pos2(at.x, at.y) * self.point;
+        if at.distance(self.centre) > 0.96 * self.radius {
+            return;
+        }
+        let colour = colour.gamma_multiply(if unseen.is_some() { HIDDEN } else { 1.0 });
+        let ring = (0..=24).map(|n| at + RING * egui::Vec2::angled(TAU * n as f32 / 24.0));
+        self.painter.add(egui::Shape::dashed_line(
+            &ring.collect::<Vec<_>>(),
+            Stroke::new(1.5, colour),
+            3.0,
+            2.5,
+        ));
+        // Towards the rim, so that the middle stays free.
+        let (anchor, shift) = if at.x < self.centre.x {
+            (Align2::RIGHT_CENTER, -NAME_BESIDE)
+        } else {
+            (Align2::LEFT_CENTER, NAME_BESIDE)
+        };
+        shadowed(self.painter, at + egui::vec2(shift, 0.0), anchor, name, 14.0, colour);
+    }
+
+    /// Points from the rim to a place out of the field, by the way to it from the lens, mm (right, up and back), and names it.
+    pub fn point_to(&self, from_lens: Vec3, name: &str, colour: Color32) {
+        // Up in the picture is down in points.
+        let way = egui::vec2(from_lens.x, -from_lens.y).normalized();
+        if way == egui::Vec2::ZERO {
+            return;
+        }
+        let name = match from_lens.z > 0.0 {
+            true => format!("{name}, behind"),
+            false => name.to_owned(),
+        };
+        let head = self.centre + ARROW_AT * self.radius * way;
+        let foot = head - ARROW * way;
+        let aside = 0.32 * ARROW * way.rot90();
+        self.painter.add(egui::Shape::convex_polygon(
+            vec![head, foot + aside, foot - aside],
+            colour,
+            Stroke::new(1.0, palette::GROUND.gamma_multiply(0.8)),
+        ));
+        let font = egui::FontId::proportional(14.0);
+        let size = self.painter.layout_no_wrap(name.clone(), font, colour).size();
+        // So far in that it stands on nothing that is named at the rim.
+        let half = 0.5 * (way.x.abs() * size.x + way.y.abs() * size.y);
+        let at = self.centre + (ARROW_NAME_AT * self.radius - half) * way;
+        shadowed(self.painter, at, Align2::CENTER_CENTER, &name, 14.0, colour);
+    }
+}
