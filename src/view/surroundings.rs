@@ -6,7 +6,7 @@ use bevy::{
     prelude::*,
 };
 use resecta_anatomy::{BladderShape, Case, Landmark, Slice};
-use resecta_instrument::Resectoscope;
+use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::ActiveExercise;
 
 use super::{
@@ -27,14 +27,27 @@ const SPHINCTER_MM: f32 = 3.0;
 const JOINS_MM: f32 = 5.0;
 /// Length of urethra that is drawn, mm.
 const URETHRA_LENGTH_MM: f32 = 45.0;
+/// Below the pivot the urethra lies as the sheath does, which takes it along; it bends over this length, mm. It is drawn anew where the
+/// sheath has turned by more than this, degrees; for the lens only with less than so much of the sheath beyond the pivot, mm: from further in,
+/// nothing of it is seen.
+const BENT_OVER_MM: f32 = 4.0;
+const TURNED_DEG: f32 = 1.0;
+const NEAR_PIVOT_MM: f32 = 8.0;
+/// Points of its line, for the lens and from outside.
+const POINTS: [usize; 2] = [60, 18];
 /// For the lens, it goes on into the gland for so long, mm, wider by so much for each: a sheath that is tilted lifts the end of the
 /// gland off it, and there was nothing to be seen between the two.
 const INTO_MM: f32 = 9.0;
 const WIDER_INTO: f32 = 0.45;
 
 pub fn plugin(app: &mut App) {
-    app.register_type::<LandmarkMarker>()
-        .add_systems(Update, surround.in_set(ViewSystems::Dress));
+    app.register_type::<LandmarkMarker>().add_systems(
+        Update,
+        (
+            surround.in_set(ViewSystems::Dress),
+            take_along.in_set(ViewSystems::Follow),
+        ),
+    );
 }
 
 /// A landmark of the exercise's case as a marker in the outside view.
@@ -50,6 +63,14 @@ pub struct LandmarkMarker {
 /// What was spawned around a gland.
 #[derive(Component)]
 struct Surroundings;
+
+/// The urethra below the gland, as one of the views has it.
+#[derive(Component, Clone, Copy)]
+struct Urethra {
+    is_for_lens: bool,
+    /// The direction of the sheath that it was drawn for.
+    sheath: Vec3,
+}
 
 /// Spawns the surroundings of an exercise as children of its gland, so that they go with it.
 fn surround(
@@ -101,26 +122,27 @@ fn surround(
         ..default()
     }));
 
-    let mut walls = vec![(
-        [INTO_MM, 0.0].map(|into_mm| urethra(scope, &active.case, into_mm)),
-        Transform::IDENTITY,
-    )];
-    walls.extend(bladder(&active.case).map(|(mesh, place)| ([mesh.clone(), mesh], place)));
+    let views = [(true, inside, ENDOSCOPE_LAYER), (false, outside, OUTSIDE_LAYER)];
+    let bladder = bladder(&active.case).map(|(mesh, place)| (meshes.add(mesh), place));
     let markers = landmarks(&active.case);
 
     commands
         .entity(active.tissue)
         .insert((Surroundings, Visibility::default()))
         .with_children(|gland| {
-            for (of_views, transform) in walls {
-                let views = [(&inside, ENDOSCOPE_LAYER), (&outside, OUTSIDE_LAYER)];
-                for (mesh, (material, layer)) in of_views.into_iter().zip(views) {
-                    gland.spawn((
-                        Mesh3d(meshes.add(mesh)),
-                        MeshMaterial3d(material.clone()),
-                        transform,
-                        RenderLayers::layer(layer),
-                    ));
+            for (is_for_lens, material, layer) in views {
+                let urethra = Urethra {
+                    is_for_lens,
+                    sheath: scope.axis(),
+                };
+                let dress = (MeshMaterial3d(material), RenderLayers::layer(layer));
+                gland.spawn((
+                    Mesh3d(meshes.add(urethra.mesh(scope, &active.case))),
+                    urethra,
+                    dress.clone(),
+                ));
+                if let Some((mesh, place)) = &bladder {
+                    gland.spawn((Mesh3d(mesh.clone()), *place, dress));
                 }
             }
             gland.spawn((
@@ -152,36 +174,70 @@ fn surround(
         });
 }
 
-/// The urethra, from the lumen at the gland's lower end, or from so far within, down along the instrument's axis, narrower at the
-/// sphincter.
-fn urethra(scope: &Resectoscope, case: &Case, into_mm: f32) -> Mesh {
-    let (pivot, axis) = (scope.pivot(), scope.axis());
-    let lumen = |slice: &Slice| {
-        let wall = slice.urethra.as_ref()?;
-        let middle: DVec2 = wall.iter().sum::<DVec2>() / wall.len().max(1) as f64;
-        Some(middle.extend(slice.z).as_vec3())
+/// Draws the urethra anew where the sheath has taken it along.
+fn take_along(
+    active: Option<Res<ActiveExercise>>,
+    instruments: Query<(&InstrumentState, &Resectoscope)>,
+    mut urethras: Query<(&mut Urethra, &Mesh3d)>,
+    mut meshes: ResMut<Assets<Mesh>>,
+) {
+    let Some(active) = active else { return };
+    let Ok((state, scope)) = instruments.get(active.instrument) else {
+        return;
     };
-    let first = case.slices.first().and_then(lumen);
-    let end = first.unwrap_or(pivot + axis * JOINS_MM);
-    let upwards = case.slices.get(1).and_then(lumen).map_or(axis, |next| next - end);
-    let within = [1.0, 0.5].into_iter().filter(|_| into_mm > 0.0).map(|share| {
-        let mm = share * into_mm;
-        (end + mm * upwards.normalize_or(axis), URETHRA_MM + WIDER_INTO * mm)
-    });
-    let points = 60;
-    let (line, radii): (Vec<Vec3>, Vec<f32>) = within
-        .chain((0..=points).map(|point| {
-            let along = JOINS_MM - URETHRA_LENGTH_MM * point as f32 / points as f32;
-            // Bent to where the lumen is, over its last stretch.
-            let bent = (along / JOINS_MM).clamp(0.0, 1.0).powi(2);
-            let place = (pivot + axis * along).lerp(end, bent);
-            let closed = (-(along / SPHINCTER_MM).powi(2)).exp();
-            (place, URETHRA_MM - NARROWER_MM * closed)
-        }))
-        .unzip();
-    let mut shape = shapes::Shape::default();
-    shape.tube(&line, |point| radii[point]);
-    shape.mesh()
+    let sheath = scope.sheath_pose(state).rotation * Vec3::NEG_Z;
+    for (mut urethra, mesh) in &mut urethras {
+        let is_seen = !urethra.is_for_lens || state.insertion_mm < NEAR_PIVOT_MM;
+        if !is_seen || sheath.dot(urethra.sheath) >= TURNED_DEG.to_radians().cos() {
+            continue;
+        }
+        urethra.sheath = sheath;
+        if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
+            *mesh = urethra.mesh(scope, &active.case);
+        }
+    }
+}
+
+impl Urethra {
+    /// From the lumen at the gland's lower end, for the lens from so far within, down along the instrument's axis to the pivot, narrower at
+    /// the sphincter there, and on as the sheath lies.
+    fn mesh(&self, scope: &Resectoscope, case: &Case) -> Mesh {
+        let (pivot, axis) = (scope.pivot(), scope.axis());
+        let lumen = |slice: &Slice| {
+            let wall = slice.urethra.as_ref()?;
+            let middle: DVec2 = wall.iter().sum::<DVec2>() / wall.len().max(1) as f64;
+            Some(middle.extend(slice.z).as_vec3())
+        };
+        let first = case.slices.first().and_then(lumen);
+        let end = first.unwrap_or(pivot + axis * JOINS_MM);
+        let upwards = case.slices.get(1).and_then(lumen).map_or(axis, |next| next - end);
+        let within = [1.0, 0.5].into_iter().filter(|_| self.is_for_lens).map(|share| {
+            let mm = share * INTO_MM;
+            (end + mm * upwards.normalize_or(axis), URETHRA_MM + WIDER_INTO * mm)
+        });
+        let points = if self.is_for_lens { POINTS[0] } else { POINTS[1] };
+        let step_mm = URETHRA_LENGTH_MM / points as f32;
+        let mut below = pivot;
+        let along = (0..=points).map(|point| JOINS_MM - step_mm * point as f32);
+        let (line, radii): (Vec<Vec3>, Vec<f32>) = within
+            .chain(along.map(|along| {
+                let place = if along >= 0.0 {
+                    // Bent to where the lumen is, over its last stretch.
+                    let bent = (along / JOINS_MM).powi(2);
+                    (pivot + axis * along).lerp(end, bent)
+                } else {
+                    let turned = (-along / BENT_OVER_MM).min(1.0);
+                    below -= axis.lerp(self.sheath, turned).normalize_or(axis) * step_mm.min(-along);
+                    below
+                };
+                let closed = (-(along / SPHINCTER_MM).powi(2)).exp();
+                (place, URETHRA_MM - NARROWER_MM * closed)
+            }))
+            .unzip();
+        let mut shape = shapes::Shape::default();
+        shape.tube(&line, |point| radii[point]);
+        shape.mesh()
+    }
 }
 
 /// The bladder, open where it sits on the gland.
