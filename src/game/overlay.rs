@@ -105,14 +105,14 @@ fn over_views(
             let font = FontId::proportional(LABEL_SIZE);
             let colour = Color32::from_rgb(red, green, blue);
             let size = painter.layout_no_wrap(landmark.name.clone(), font, colour).size();
-            // To the other side where it would stand on the guidance at the right edge of the view.
-            let has_room = at.x * point + LABEL_GAP + size.x < area.max.x * point - GUIDANCE;
-            let (anchor, shift) = if has_room {
-                (Align2::LEFT_CENTER, LABEL_GAP)
+            // To the other side where it would stand on the guidance at the right edge of the view, and beside that.
+            let (end, at) = (area.max.x * point - GUIDANCE, egui::pos2(at.x, at.y) * point);
+            let (anchor, x) = if at.x + LABEL_GAP + size.x < end {
+                (Align2::LEFT_CENTER, at.x + LABEL_GAP)
             } else {
-                (Align2::RIGHT_CENTER, -LABEL_GAP)
+                (Align2::RIGHT_CENTER, (at.x - LABEL_GAP).min(end))
             };
-            let wanted = anchor.anchor_size(egui::pos2(at.x * point + shift, at.y * point), size);
+            let wanted = anchor.anchor_size(egui::pos2(x, at.y), size);
             let rect = below_all(&placed, wanted);
             placed.push(rect);
             // On white steel and red tissue alike.
