@@ -348,6 +348,10 @@ fn help(ui: &mut Ui, controls: &Controls, lead: bool, flow: &mut GameFlow) {
          the loop in, release. The sheath stays still. Cut only between the bladder and the verumontanum, the mound on the urethra's \
          floor (guidance names it). Distances in orange say how near capsule and sphincter are; \"stop\": no further.",
     );
+    ui.label(
+        "A bleeder: lay the wire on it and hold the coagulating pedal until it is told that it is closed; guidance marks the next one. Where \
+         blood hides it, open both taps, draw back, and come from another side.",
+    );
     ui.separator();
     menu::caption(ui, "Instrument");
     in_halves(ui, controls);

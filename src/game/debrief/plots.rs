@@ -38,7 +38,7 @@ pub fn show(ui: &mut Ui, active: &ActiveExercise, log: &RunLog) {
     let mut curves = if exercise.asks_for_tissue() {
         vec![curve("Tissue removed", "ml", removed, |s| s.removed_ml, 0.5, None)]
     } else {
-        vec![curve("Path of the tip", "cm", removed, |s| 0.1 * s.path_mm, 10.0, None)]
+        vec![curve("Path of the tip", "mm", removed, |s| s.path_mm, 100.0, None)]
     };
     if !wet && !exercise.steps.is_empty() {
         let steps = exercise.steps.len() as f64;

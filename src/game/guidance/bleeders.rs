@@ -46,7 +46,9 @@ fn look(
         let (state, scope) = instruments.get(active.instrument).ok()?;
         let lens = scope.lens_pose(state);
         let marked = next.0.map(|marked| marked.index);
-        let vessel = most_urgent(lists.get(active.tissue).ok()?.open(), lens.translation.into(), marked)?;
+        let open = lists.get(active.tissue).ok()?.open();
+        let is_in_field = |place: Vec3| scope.has_in_field(state, place);
+        let vessel = most_urgent(open, lens.translation.into(), marked, is_in_field)?;
         Some(Bleeder {
             index: vessel.index,
             kind: vessel.vessel.kind,
@@ -58,18 +60,20 @@ fn look(
     next.set_if_neq(NextBleeder(found));
 }
 
-/// Of arteries before veins the one nearest to the lens, the marked one unless another is nearer by [`NEARER_MM`].
+/// Of arteries before veins, and of those in the picture before others, the one nearest to the lens; the marked one unless another is
+/// nearer by [`NEARER_MM`].
 fn most_urgent<'a>(
     open: impl Iterator<Item = OpenVessel<'a>>,
     lens: Vec3,
     marked: Option<usize>,
+    is_in_field: impl Fn(Vec3) -> bool,
 ) -> Option<OpenVessel<'a>> {
+    let rank = |vessel: &OpenVessel| (vessel.vessel.kind == VesselKind::Venous, !is_in_field(vessel.place));
     let far = |vessel: &OpenVessel| {
         let kept = if marked == Some(vessel.index) { NEARER_MM } else { 0.0 };
         vessel.place.distance(lens) - kept
     };
-    let is_later = |vessel: &OpenVessel| vessel.vessel.kind == VesselKind::Venous;
-    open.min_by(|a, b| is_later(a).cmp(&is_later(b)).then(far(a).total_cmp(&far(b))))
+    open.min_by(|a, b| rank(a).cmp(&rank(b)).then_with(|| far(a).total_cmp(&far(b))))
 }
 
 /// Marks it in the picture.
@@ -93,7 +97,10 @@ mod tests {
 
     use super::*;
 
-    /// Index, kind and distance from the lens, mm, of what is chosen of such vessels.
+    /// What is further away is not in the field.
+    const FIELD_MM: f32 = 25.0;
+
+    /// Which is chosen of vessels by their kinds and distances from the lens, mm.
     fn chosen(vessels: &[(VesselKind, f32)], marked: Option<usize>) -> Option<usize> {
         let data: Vec<Vessel> = vessels
             .iter()
@@ -116,7 +123,8 @@ mod tests {
             share: 1.0,
             dwell_s: 0.0,
         });
-        most_urgent(open, Vec3::ZERO, marked).map(|vessel| vessel.index)
+        let is_in_field = |place: Vec3| place.z < FIELD_MM;
+        most_urgent(open, Vec3::ZERO, marked, is_in_field).map(|vessel| vessel.index)
     }
 
     #[test]
@@ -127,8 +135,9 @@ mod tests {
         assert_eq!(chosen(&[(Arterial, 9.0), (Arterial, 6.0)], None), Some(1));
         assert_eq!(chosen(&[(Arterial, 9.0), (Arterial, 6.0)], Some(0)), Some(0));
         assert_eq!(chosen(&[(Arterial, 9.0), (Arterial, 4.0)], Some(0)), Some(1));
-        // An artery takes the mark of a vein, however near that is.
+        // An artery takes the mark of a vein, however near that is, and what is in the picture that of what is not.
         assert_eq!(chosen(&[(Venous, 1.0), (Arterial, 30.0)], Some(0)), Some(1));
+        assert_eq!(chosen(&[(Arterial, 26.0), (Arterial, 24.0)], Some(0)), Some(1));
         // The one that was marked is closed.
         assert_eq!(chosen(&[(Venous, 1.0)], Some(7)), Some(0));
     }
