@@ -4,24 +4,24 @@ use bevy::prelude::*;
 
 use super::flow::{GameFlow, Phase, Wish};
 
-/// The keys of the game. None of them is among the instrument's bindings.
-pub const KEYS: [(&str, &str); 16] = [
-    ("Press a button, choose", "Enter, Pad South"),
-    ("To another button", "Arrows, Tab, Pad cross"),
-    ("Begin, pause and go on", "Pad Start"),
-    ("Pause; in menus, back", "Esc, Pad East"),
-    ("Restart (in a pause)", "R"),
-    ("Watch it done (at the briefing), again (after it)", "V"),
-    ("Endoscope, outside, both", "Tab, Pad Back"),
-    ("Turn the outside view", "Middle mouse button, or J L I K"),
-    ("Zoom the outside view", "Middle mouse button and wheel, or U O"),
-    ("Guidance: by skill, all, off", "G, Pad North"),
-    ("Settings", "F2"),
-    ("Close messages about files", "F4"),
-    ("Trainees and progress (in menus)", "P"),
-    ("Sound on, off", "M"),
-    ("This help", "H or F1"),
-    ("Quit", "In a pause, or close the window"),
+/// What the game's keys do, the keys, and the button of a gamepad. None of them is among the instrument's bindings.
+pub const KEYS: [(&str, &str, &str); 16] = [
+    ("Press a button, choose", "Enter", "South"),
+    ("To another button", "Arrows, Tab", "Cross"),
+    ("Begin, pause and go on", "Enter, Esc", "Start"),
+    ("Pause; in menus, back", "Esc", "East"),
+    ("Restart (in a pause)", "R", ""),
+    ("Watch it done (at the briefing), again (after it)", "V", ""),
+    ("Endoscope, outside, both", "Tab", "Back"),
+    ("Turn the outside view", "Middle mouse button, or J L I K", ""),
+    ("Zoom the outside view", "Middle mouse button and wheel, or U O", ""),
+    ("Guidance: by skill, all, off", "G", "North"),
+    ("Settings", "F2", ""),
+    ("Close messages about files", "F4", ""),
+    ("Trainees and progress (in menus)", "P", ""),
+    ("Sound on, off", "M", ""),
+    ("This help", "H or F1", ""),
+    ("Quit", "In a pause, or close the window", ""),
 ];
 
 /// Turns keys and a gamepad's buttons into wishes.

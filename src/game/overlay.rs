@@ -357,12 +357,14 @@ fn help(ui: &mut Ui, controls: &Controls, lead: bool, flow: &mut GameFlow) {
     in_halves(ui, controls);
     ui.separator();
     menu::caption(ui, "Game");
-    table(
-        ui,
-        "game keys",
-        &[],
-        &KEYS.map(|row| <[&str; 2]>::from(row).map(Cow::from).to_vec()),
-    );
+    let columns = if controls.has_pad() { 3 } else { 2 };
+    let rows = KEYS.map(|row| {
+        <[&str; 3]>::from(row)[..columns]
+            .iter()
+            .map(|cell| Cow::from(*cell))
+            .collect()
+    });
+    table(ui, "game keys", controls.titles, &rows);
     ui.add_space(6.0);
     menu::wish(ui, "Close (H)", Wish::Help, lead, flow);
 }

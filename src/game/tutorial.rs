@@ -132,7 +132,8 @@ fn show(
                         for cap in &caps {
                             menu::key_cap(ui, cap);
                         }
-                        ui.label(RichText::new(label).size(KEY_SIZE).color(palette::WEAK));
+                        let words = RichText::new(label).size(KEY_SIZE).color(palette::WEAK);
+                        ui.add(egui::Label::new(words).extend());
                         ui.add_space(4.0);
                     }
                 });

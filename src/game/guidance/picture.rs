@@ -85,7 +85,7 @@ impl<'a> Picture<'a> {
             return;
         }
         let name = match from_lens.z > 0.0 {
-            true => format!("{name}, behind"),
+            true => format!("{name}, behind: draw back"),
             false => name.to_owned(),
         };
         let head = self.centre + ARROW_AT * self.radius * way;
