@@ -106,7 +106,10 @@ fn over_views(
             let colour = Color32::from_rgb(red, green, blue);
             let size = painter.layout_no_wrap(landmark.name.clone(), font, colour).size();
             // To the other side where it would stand on the guidance at the right edge of the view, and beside that.
-            let (end, at) = (area.max.x * point - GUIDANCE, egui::pos2(at.x, at.y) * point);
+            let (end, at) = (
+                area.max.x * point - GUIDANCE - LABEL_GAP,
+                egui::pos2(at.x, at.y) * point,
+            );
             let (anchor, x) = if at.x + LABEL_GAP + size.x < end {
                 (Align2::LEFT_CENTER, at.x + LABEL_GAP)
             } else {

@@ -86,9 +86,8 @@ pub fn show(picture: &Picture, next: &NextBleeder, opacity: f32) {
     let name = format!("{name}, {:.0} mm", bleeder.from_lens.length());
     // The colour of the current that closes it, which also stands out from tissue and blood.
     let colour = palette::COAGULATION.gamma_multiply(opacity);
-    match bleeder.unseen {
-        Some(Unseen::OutOfField) => picture.point_to(bleeder.from_lens, &name, colour),
-        unseen => picture.mark(bleeder.place, unseen, &name, colour),
+    if !picture.mark(bleeder.place, bleeder.unseen, &name, colour) {
+        picture.point_to(bleeder.from_lens, &name, colour);
     }
 }
 

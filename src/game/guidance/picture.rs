@@ -47,18 +47,19 @@ impl<'a> Picture<'a> {
         })
     }
 
-    /// Marks a place, and names it: by a ring, fainter where something hides it, and not at all where it is out of the field.
-    pub fn mark(&self, place: Vec3, unseen: Option<Unseen>, name: &str, colour: Color32) {
+    /// Marks a place, and names it: by a ring, fainter where something hides it. Tells whether it lies in the picture; where not, it is not
+    /// marked.
+    pub fn mark(&self, place: Vec3, unseen: Option<Unseen>, name: &str, colour: Color32) -> bool {
         if unseen == Some(Unseen::OutOfField) {
-            return;
+            return false;
         }
         let straight = self.camera.world_to_viewport(self.eye, place).ok();
         let Some(at) = straight.and_then(|straight| shown_at(self.camera, straight)) else {
-            return;
+            return false;
         };
         let at = egui::pos2(at.x, at.y) * self.point;
         if at.distance(self.centre) > 0.96 * self.radius {
-            return;
+            return false;
         }
         let colour = colour.gamma_multiply(if unseen.is_some() { HIDDEN } else { 1.0 });
         let ring = (0..=24).map(|n| at + RING * egui::Vec2::angled(TAU * n as f32 / 24.0));
@@ -75,9 +76,10 @@ impl<'a> Picture<'a> {
             (Align2::LEFT_CENTER, NAME_BESIDE)
         };
         shadowed(self.painter, at + egui::vec2(shift, 0.0), anchor, name, 14.0, colour);
+        true
     }
 
-    /// Points from the rim to a place out of the field, by the way to it from the lens, mm (right, up and back), and names it.
+    /// Points from the rim to a place out of the picture, by the way to it from the lens, mm (right, up and back), and names it.
     pub fn point_to(&self, from_lens: Vec3, name: &str, colour: Color32) {
         // Up in the picture is down in points.
         let way = egui::vec2(from_lens.x, -from_lens.y).normalized();
