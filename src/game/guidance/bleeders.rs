@@ -1,4 +1,7 @@
-//! Which bleeder is to be closed next, and where it is: blood in the water hides it, and whoever looks for it draws back from it.
+//! What bleeds, marked in the picture: blood in the water hides it, and whoever looks for it draws back from it. The bleeder that is to be
+//! closed next is told wherever it is, others where they are seen.
+
+use std::collections::BTreeSet;
 
 use bevy::prelude::*;
 use resecta_fluid::{OpenVessel, VesselKind, Vessels};
@@ -13,15 +16,22 @@ use crate::view::ViewSystems;
 const NEARER_MM: f32 = 4.0;
 
 pub fn plugin(app: &mut App) {
-    app.init_resource::<NextBleeder>()
+    app.init_resource::<Bleeders>()
         .add_systems(Update, look.in_set(ViewSystems::Last));
 }
 
-/// The bleeder that is marked; none where nothing bleeds, or no guidance is shown.
-#[derive(Resource, Debug, Default, PartialEq)]
-pub struct NextBleeder(Option<Bleeder>);
+/// What is marked; nothing where no guidance is shown.
+#[derive(Resource, Debug, Default)]
+pub struct Bleeders {
+    next: Option<Bleeder>,
+    /// The others that the lens sees.
+    others: Vec<(VesselKind, Vec3)>,
+    /// Those that it saw when it was looked at them last, one a frame in turn, by their indices in the list of vessels.
+    seen: BTreeSet<usize>,
+    turn: usize,
+}
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 struct Bleeder {
     /// Its index in the list of vessels.
     index: usize,
@@ -32,32 +42,52 @@ struct Bleeder {
     unseen: Option<Unseen>,
 }
 
-/// Chooses one, and casts a ray at it.
+/// Chooses the next one, and casts a ray at it and at another one.
 fn look(
     shown: Res<Shown>,
     active: Option<Res<ActiveExercise>>,
     instruments: Query<(&InstrumentState, &Resectoscope)>,
     lists: Query<&Vessels>,
     mut sight: Sight,
-    mut next: ResMut<NextBleeder>,
+    mut bleeders: ResMut<Bleeders>,
 ) {
+    let bleeders = &mut *bleeders;
     let active = active.filter(|_| shown.names_landmarks());
-    let found = active.and_then(|active| {
+    let held = active.and_then(|active| {
         let (state, scope) = instruments.get(active.instrument).ok()?;
-        let lens = scope.lens_pose(state);
-        let marked = next.0.map(|marked| marked.index);
-        let open = lists.get(active.tissue).ok()?.open();
-        let is_in_field = |place: Vec3| scope.has_in_field(state, place);
-        let vessel = most_urgent(open, lens.translation.into(), marked, is_in_field)?;
-        Some(Bleeder {
-            index: vessel.index,
-            kind: vessel.vessel.kind,
-            place: vessel.place,
-            from_lens: lens.inverse() * vessel.place,
-            unseen: sight.unseen(vessel.place),
-        })
+        Some((state, scope, lists.get(active.tissue).ok()?))
     });
-    next.set_if_neq(NextBleeder(found));
+    let Some((state, scope, vessels)) = held else {
+        *bleeders = Bleeders::default();
+        return;
+    };
+    let lens = scope.lens_pose(state);
+    let marked = bleeders.next.map(|marked| marked.index);
+    let is_in_field = |place: Vec3| scope.has_in_field(state, place);
+    let next = most_urgent(vessels.open(), lens.translation.into(), marked, is_in_field);
+    bleeders.next = next.map(|vessel| Bleeder {
+        index: vessel.index,
+        kind: vessel.vessel.kind,
+        place: vessel.place,
+        from_lens: lens.inverse() * vessel.place,
+        unseen: sight.unseen(vessel.place),
+    });
+    bleeders.turn = (bleeders.turn + 1) % vessels.open().count().max(1);
+    if let Some(vessel) = vessels.open().nth(bleeders.turn) {
+        if sight.sees(vessel.place) {
+            bleeders.seen.insert(vessel.index);
+        } else {
+            bleeders.seen.remove(&vessel.index);
+        }
+    }
+    let next = bleeders.next.map(|next| next.index);
+    let others = vessels.open().filter(|vessel| next != Some(vessel.index));
+    bleeders.others.clear();
+    bleeders.others.extend(
+        others
+            .filter(|vessel| bleeders.seen.contains(&vessel.index))
+            .map(|vessel| (vessel.vessel.kind, vessel.place)),
+    );
 }
 
 /// Of arteries before veins, and of those in the picture before others, the one nearest to the lens; the marked one unless another is
@@ -76,18 +106,21 @@ fn most_urgent<'a>(
     open.min_by(|a, b| rank(a).cmp(&rank(b)).then_with(|| far(a).total_cmp(&far(b))))
 }
 
-/// Marks it in the picture.
-pub fn show(picture: &Picture, next: &NextBleeder, opacity: f32) {
-    let Some(bleeder) = next.0 else { return };
-    let name = match bleeder.kind {
+/// Marks them in the picture, the next one with how far it is.
+pub fn show(picture: &Picture, bleeders: &Bleeders, opacity: f32) {
+    let name = |kind: VesselKind| match kind {
         VesselKind::Arterial => "artery",
         VesselKind::Venous => "vein",
     };
-    let name = format!("{name}, {:.0} mm", bleeder.from_lens.length());
-    // The colour of the current that closes it, which also stands out from tissue and blood.
+    // The colour of the current that closes them, which also stands out from tissue and blood.
     let colour = palette::COAGULATION.gamma_multiply(opacity);
-    if !picture.mark(bleeder.place, bleeder.unseen, &name, colour) {
-        picture.point_to(bleeder.from_lens, &name, colour);
+    for (kind, place) in &bleeders.others {
+        picture.mark(*place, None, name(*kind), colour);
+    }
+    let Some(next) = bleeders.next else { return };
+    let name = format!("{}, {:.0} mm", name(next.kind), next.from_lens.length());
+    if !picture.mark(next.place, next.unseen, &name, colour) {
+        picture.point_to(next.from_lens, &name, colour);
     }
 }
 

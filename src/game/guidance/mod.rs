@@ -6,7 +6,7 @@
 //! | what fades with which score | `skill.rs` |
 //! | where in the window each part is | `places.rs` |
 //! | names of what is in view | `landmarks.rs` |
-//! | which bleeder is to be closed next | `bleeders.rs` |
+//! | what bleeds, and which bleeder is to be closed next | `bleeders.rs` |
 //! | how a place is marked in the picture | `picture.rs` |
 //! | what to do about a lens that lies on tissue | `lens.rs` |
 //! | distances from the loop to capsule and sphincter | `distances.rs` |
@@ -230,10 +230,10 @@ fn show(
     slices: Res<slices::Slices>,
     instruments: Query<(&InstrumentState, &Resectoscope, Option<&LoopClearance>)>,
     cameras: Query<(&Camera, Has<EndoscopeCamera>), Or<(With<EndoscopeCamera>, With<OutsideCamera>)>>,
-    (lenses, seen, bleeder, on_tissue): (
+    (lenses, seen, bleeders, on_tissue): (
         Query<(&Camera, &GlobalTransform), With<EndoscopeCamera>>,
         Res<landmarks::Seen>,
-        Res<bleeders::NextBleeder>,
+        Res<bleeders::Bleeders>,
         Res<OnTissue>,
     ),
     (progress, observed): (Res<StepProgress>, Res<StepObservation>),
@@ -257,7 +257,7 @@ fn show(
         let lenses = lenses.iter().filter(|(camera, _)| camera.is_active);
         for picture in lenses.filter_map(|(camera, eye)| Picture::of(&painter, camera, eye, zoom.0)) {
             landmarks::show(&picture, &seen, wanted, parts.landmarks);
-            bleeders::show(&picture, &bleeder, parts.landmarks);
+            bleeders::show(&picture, &bleeders, parts.landmarks);
             // A lens that lies on tissue has nothing ahead.
             if !on_tissue.is_told() {
                 landmarks::name_middle(&painter, &picture, &seen, parts.landmarks);
