@@ -26,7 +26,7 @@ const IN_VAIN_S: f32 = 0.4;
 /// A cut that has met no tissue for so long is told so, s: the loop is sunk in by then.
 const CUTS_NOTHING_S: f32 = 0.8;
 /// A current in vain is told where a vessel is that is no further from the wire than this, mm.
-const BESIDE_MM: f32 = 12.0;
+pub const BESIDE_MM: f32 = 12.0;
 /// Height of the words, points, and of their lower edge above that of the view.
 const SIZE: f32 = 17.0;
 const ABOVE: f32 = 58.0;

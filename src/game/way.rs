@@ -27,7 +27,9 @@ fn in_view(way: Vec3) -> String {
             ["back towards you", "further ahead"],
         ],
     );
-    format!("{:.0} mm {}", size.abs(), if size > 0.0 { over } else { under })
+    // Near by, whole millimetres would come to none.
+    let digits = usize::from(size.abs() < 1.95);
+    format!("{:.digits$} mm {}", size.abs(), if size > 0.0 { over } else { under })
 }
 
 /// What the hands do to go that way: they turn the tip as the patient lies, however the sheath is rolled.
@@ -78,6 +80,7 @@ mod tests {
             (Vec3::new(0.5, -1.0, -4.2), "4 mm further ahead"),
             (Vec3::new(0.5, -1.0, 2.0), "2 mm back towards you"),
             (Vec3::new(-3.0, 1.0, 2.0), "3 mm to the left"),
+            (Vec3::new(-0.4, 0.1, 0.2), "0.4 mm to the left"),
             (Vec3::new(-3.0, -5.0, 2.0), "5 mm lower in the view"),
         ] {
             assert_eq!(whither(way, 20.0), told);

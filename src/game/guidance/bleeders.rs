@@ -8,7 +8,11 @@ use resecta_fluid::{OpenVessel, VesselKind, Vessels};
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::{ActiveExercise, Sight, Unseen};
 
-use super::{super::palette, Shown, picture::Picture};
+use super::{
+    super::{closing::BESIDE_MM, palette},
+    Shown,
+    picture::Picture,
+};
 use crate::view::ViewSystems;
 
 /// A vessel as urgent as the one that is marked takes its place where it is nearer to the lens by this, mm: between two alike the mark is
@@ -64,7 +68,12 @@ fn look(
     let lens = scope.lens_pose(state);
     let marked = bleeders.next.map(|marked| marked.index);
     let is_in_field = |place: Vec3| scope.has_in_field(state, place);
-    let next = most_urgent(vessels.open(), lens.translation.into(), marked, is_in_field);
+    // Under a current the one that words below the picture speak of.
+    let at_wire = state
+        .coagulate
+        .then(|| nearest_to_wire(scope, state, vessels))
+        .flatten();
+    let next = at_wire.or_else(|| most_urgent(vessels.open(), lens.translation.into(), marked, is_in_field));
     bleeders.next = next.map(|vessel| Bleeder {
         index: vessel.index,
         kind: vessel.vessel.kind,
@@ -88,6 +97,16 @@ fn look(
             .filter(|vessel| bleeders.seen.contains(&vessel.index))
             .map(|vessel| (vessel.vessel.kind, vessel.place)),
     );
+}
+
+/// The open vessel nearest to the loop's wire, within [`BESIDE_MM`].
+fn nearest_to_wire<'a>(scope: &Resectoscope, state: &InstrumentState, vessels: &'a Vessels) -> Option<OpenVessel<'a>> {
+    let far = |vessel: &OpenVessel| {
+        let way = scope.way_from_wire(state, std::iter::once(vessel.place));
+        way.map_or(f32::INFINITY, Vec3::length)
+    };
+    let nearest = vessels.open().min_by(|a, b| far(a).total_cmp(&far(b)))?;
+    (far(&nearest) <= BESIDE_MM).then_some(nearest)
 }
 
 /// Of arteries before veins, and of those in the picture before others, the one nearest to the lens; the marked one unless another is
