@@ -1,12 +1,14 @@
 //! What the current does, told in the endoscope's view as it happens: blood in the water hides whether the wire is on a vessel and
 //! whether it has closed it; a cut through water looks like one through tissue that hides the wire.
 
+use std::iter;
+
 use bevy::prelude::*;
 use bevy_egui::{
     EguiContexts, EguiPrimaryContextPass,
     egui::{self, Align2, Color32},
 };
-use resecta_fluid::{ClosedBy, VesselClosed, Vessels};
+use resecta_fluid::{ClosedBy, OpenVessel, VesselClosed, Vessels};
 use resecta_instrument::{InstrumentState, Resectoscope, ResectoscopeGeometry};
 use resecta_scenario::{ActiveExercise, StepProgress, Trigger, metrics::StepObservation};
 
@@ -26,7 +28,7 @@ const IN_VAIN_S: f32 = 0.4;
 /// A cut that has met no tissue for so long is told so, s: the loop is sunk in by then.
 const CUTS_NOTHING_S: f32 = 0.8;
 /// A current in vain is told where a vessel is that is no further from the wire than this, mm.
-pub const BESIDE_MM: f32 = 12.0;
+const BESIDE_MM: f32 = 12.0;
 /// Height of the words, points, and of their lower edge above that of the view.
 const SIZE: f32 = 17.0;
 const ABOVE: f32 = 58.0;
@@ -59,10 +61,16 @@ struct Closing {
     roll_deg: f32,
 }
 
-/// The way from the wire to the nearest vessel that bleeds, in the sheath's frame, mm; none where none is within [`BESIDE_MM`].
-fn beside(scope: &Resectoscope, state: &InstrumentState, vessels: &Vessels) -> Option<Vec3> {
-    let nearest = scope.way_from_wire(state, vessels.open().map(|vessel| vessel.place))?;
-    (nearest.length() <= BESIDE_MM).then_some(nearest)
+/// The vessel that bleeds nearest to the wire, and the way there in the sheath's frame, mm; none where none is within [`BESIDE_MM`].
+pub fn beside<'a>(
+    scope: &Resectoscope,
+    state: &InstrumentState,
+    vessels: &'a Vessels,
+) -> Option<(OpenVessel<'a>, Vec3)> {
+    let with_way = |vessel: OpenVessel<'a>| Some((vessel, scope.way_from_wire(state, iter::once(vessel.place))?));
+    let ways = vessels.open().filter_map(with_way);
+    let nearest = ways.min_by(|(_, a), (_, b)| a.length_squared().total_cmp(&b.length_squared()))?;
+    (nearest.1.length() <= BESIDE_MM).then_some(nearest)
 }
 
 impl Closing {
@@ -151,7 +159,10 @@ fn notice(
         cuts_nothing_s,
         is_drawn_in,
         touches,
-        beside: is_in_vain.then(|| beside(scope, state, vessels)).flatten(),
+        beside: is_in_vain
+            .then(|| beside(scope, state, vessels))
+            .flatten()
+            .map(|(_, way)| way),
         roll_deg: state.roll_deg,
     };
     closing.set_if_neq(now);

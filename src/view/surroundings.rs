@@ -199,9 +199,16 @@ fn take_along(
 }
 
 impl Urethra {
-    /// From the lumen at the gland's lower end, for the lens from so far within, down along the instrument's axis to the pivot, narrower at
-    /// the sphincter there, and on as the sheath lies.
     fn mesh(&self, scope: &Resectoscope, case: &Case) -> Mesh {
+        let (line, radii) = self.line(scope, case);
+        let mut shape = shapes::Shape::default();
+        shape.tube(&line, |point| radii[point]);
+        shape.mesh()
+    }
+
+    /// Its middle and radius, mm, from the lumen at the gland's lower end, for the lens from so far within, down along the instrument's axis
+    /// to the pivot, narrower at the sphincter there, and on as the sheath lies.
+    fn line(&self, scope: &Resectoscope, case: &Case) -> (Vec<Vec3>, Vec<f32>) {
         let (pivot, axis) = (scope.pivot(), scope.axis());
         let lumen = |slice: &Slice| {
             let wall = slice.urethra.as_ref()?;
@@ -219,7 +226,7 @@ impl Urethra {
         let step_mm = URETHRA_LENGTH_MM / points as f32;
         let mut below = pivot;
         let along = (0..=points).map(|point| JOINS_MM - step_mm * point as f32);
-        let (line, radii): (Vec<Vec3>, Vec<f32>) = within
+        within
             .chain(along.map(|along| {
                 let place = if along >= 0.0 {
                     // Bent to where the lumen is, over its last stretch.
@@ -233,10 +240,7 @@ impl Urethra {
                 let closed = (-(along / SPHINCTER_MM).powi(2)).exp();
                 (place, URETHRA_MM - NARROWER_MM * closed)
             }))
-            .unzip();
-        let mut shape = shapes::Shape::default();
-        shape.tube(&line, |point| radii[point]);
-        shape.mesh()
+            .unzip()
     }
 }
 
@@ -273,4 +277,37 @@ fn landmarks(case: &Case) -> Vec<(LandmarkMarker, Mesh, Vec3)> {
         Some((marker, mesh, place))
     };
     Landmark::ALL.into_iter().filter_map(marker).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Trial;
+
+    #[test]
+    fn a_lens_that_is_drawn_back_lies_in_the_urethra_however_it_is_turned() {
+        let mut trial = Trial::new(());
+        trial.start("orientation").unwrap();
+        let active = trial.active();
+        let scope = trial.app.world().get::<Resectoscope>(active.instrument).unwrap();
+        for (pitch_deg, yaw_deg) in [(0.0, 0.0), (-35.0, 0.0), (35.0, 0.0), (0.0, 35.0), (-25.0, -25.0)] {
+            for insertion_mm in [-1.0, -5.0, -10.0, -20.0] {
+                let state = InstrumentState {
+                    insertion_mm,
+                    pitch_deg,
+                    yaw_deg,
+                    ..default()
+                };
+                let urethra = Urethra {
+                    is_for_lens: true,
+                    sheath: scope.sheath_pose(&state).rotation * Vec3::NEG_Z,
+                };
+                let lens = Vec3::from(scope.lens_pose(&state).translation);
+                let (line, radii) = urethra.line(scope, &active.case);
+                let far = |(place, radius): (&Vec3, f32)| place.distance(lens) - radius;
+                let within = line.iter().zip(radii).map(far).fold(f32::INFINITY, f32::min);
+                assert!(within < 0.0, "{pitch_deg} {yaw_deg} {insertion_mm}: {within}");
+            }
+        }
+    }
 }

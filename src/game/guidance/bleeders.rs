@@ -9,7 +9,7 @@ use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::{ActiveExercise, Sight, Unseen};
 
 use super::{
-    super::{closing::BESIDE_MM, palette},
+    super::{closing::beside, palette},
     Shown,
     picture::Picture,
 };
@@ -69,10 +69,9 @@ fn look(
     let marked = bleeders.next.map(|marked| marked.index);
     let is_in_field = |place: Vec3| scope.has_in_field(state, place);
     // Under a current the one that words below the picture speak of.
-    let at_wire = state
-        .coagulate
-        .then(|| nearest_to_wire(scope, state, vessels))
-        .flatten();
+    let coagulates = state.coagulate && !state.cut;
+    let at_wire = coagulates.then(|| beside(scope, state, vessels)).flatten();
+    let at_wire = at_wire.map(|(vessel, _)| vessel);
     let next = at_wire.or_else(|| most_urgent(vessels.open(), lens.translation.into(), marked, is_in_field));
     bleeders.next = next.map(|vessel| Bleeder {
         index: vessel.index,
@@ -97,16 +96,6 @@ fn look(
             .filter(|vessel| bleeders.seen.contains(&vessel.index))
             .map(|vessel| (vessel.vessel.kind, vessel.place)),
     );
-}
-
-/// The open vessel nearest to the loop's wire, within [`BESIDE_MM`].
-fn nearest_to_wire<'a>(scope: &Resectoscope, state: &InstrumentState, vessels: &'a Vessels) -> Option<OpenVessel<'a>> {
-    let far = |vessel: &OpenVessel| {
-        let way = scope.way_from_wire(state, std::iter::once(vessel.place));
-        way.map_or(f32::INFINITY, Vec3::length)
-    };
-    let nearest = vessels.open().min_by(|a, b| far(a).total_cmp(&far(b)))?;
-    (far(&nearest) <= BESIDE_MM).then_some(nearest)
 }
 
 /// Of arteries before veins, and of those in the picture before others, the one nearest to the lens; the marked one unless another is
