@@ -14,7 +14,7 @@ use resecta_scenario::CATCH_UP_S;
 
 use super::pace::Pace;
 
-/// Real time that a frame makes up for at most, s; at least it is [`CATCH_UP_S`], as in every app.
+/// Simulated time that a frame makes up for at most, s; at least it is [`CATCH_UP_S`], as in every app.
 const MOST_CATCH_UP_S: f32 = 0.25;
 /// Share of a frame that steps may fill.
 const STEPS_SHARE: f32 = 2.0 / 3.0;
@@ -61,10 +61,12 @@ fn end_steps(fixed: Res<Time<Fixed>>, mut steps: ResMut<StepTime>) {
 
 fn catch_up(pace: Res<Pace>, steps: Res<StepTime>, fixed: Res<Time<Fixed>>, mut simulated: ResMut<Time<Virtual>>) {
     let most_s = most_s(pace.frame_s, steps.step_s, fixed.timestep().as_secs_f32());
-    simulated.set_max_delta(Duration::from_secs_f32(most_s));
+    // What is shown at half its speed makes as much simulated time of twice the real time.
+    let real_s = most_s / simulated.relative_speed();
+    simulated.set_max_delta(Duration::try_from_secs_f32(real_s).unwrap_or(Duration::MAX));
 }
 
-/// The time that a frame may make up for, s, where frames take `frame_s` and a step of `timestep_s` takes `step_s`.
+/// The simulated time that a frame may make up for, s, where frames take `frame_s` and a step of `timestep_s` takes `step_s`.
 fn most_s(frame_s: f32, step_s: f32, timestep_s: f32) -> f32 {
     let steps = (STEPS_SHARE * frame_s / step_s).ceil();
     // Before the first step nothing is known of what one takes.
@@ -76,6 +78,8 @@ fn most_s(frame_s: f32, step_s: f32, timestep_s: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use bevy::time::TimeUpdateStrategy;
+
     use super::*;
 
     /// Steps a frame once it has settled, where drawing takes so long, beside the steps or after them.
@@ -103,5 +107,25 @@ mod tests {
         // No frame makes up for more than a quarter of a second.
         assert!(steps_a_frame(1.0, 0.001, false) <= 15.01);
         assert_eq!(most_s(0.1, 0.0, 1.0 / 60.0), CATCH_UP_S);
+    }
+
+    #[test]
+    fn what_is_shown_slower_is_computed_no_slower() {
+        let simulated_s = |speed: f32| {
+            let mut app = App::new();
+            app.add_plugins((bevy::time::TimePlugin, plugin))
+                .init_resource::<Pace>()
+                .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(200)));
+            app.world_mut()
+                .resource_mut::<Time<Virtual>>()
+                .set_relative_speed(speed);
+            (0..10).for_each(|_| app.update());
+            app.world().resource::<Time<Virtual>>().delta_secs()
+        };
+        // A frame takes 0.2 s, of which steps fill no more than they may.
+        assert!((simulated_s(1.0) - CATCH_UP_S).abs() < 1e-3, "{}", simulated_s(1.0));
+        assert!((simulated_s(0.5) - CATCH_UP_S).abs() < 1e-3, "{}", simulated_s(0.5));
+        // What keeps up is shown at its speed.
+        assert!((simulated_s(0.1) - 0.02).abs() < 1e-3, "{}", simulated_s(0.1));
     }
 }
