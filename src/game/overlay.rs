@@ -352,8 +352,9 @@ fn help(ui: &mut Ui, controls: &Controls, lead: bool, flow: &mut GameFlow) {
          floor (guidance names it). Distances in orange say how near capsule and sphincter are; \"stop\": no further.",
     );
     ui.label(
-        "A bleeder: lay the wire on it and hold the coagulating pedal until it is told that it is closed; guidance marks the next one. Where \
-         blood hides it, open both taps, draw back, and come from another side.",
+        "A bleeder: lay the wire on it and hold the coagulating pedal until it is told that it is closed. Guidance marks the next one, with \
+         how far it is from the lens, and tells when it is under the loop. Where blood hides it, open both taps, draw back, and come from \
+         another side.",
     );
     ui.separator();
     menu::caption(ui, "Instrument");

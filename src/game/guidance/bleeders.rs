@@ -1,17 +1,19 @@
 //! What bleeds, marked in the picture: blood in the water hides it, and whoever looks for it draws back from it. The bleeder that is to be
-//! closed next is told wherever it is, others where they are seen.
+//! closed next is told wherever it is, others where they are seen. Where the loop lies on one this is told before a current flows: to
+//! find out by a current burns tissue.
 
 use std::collections::BTreeSet;
 
 use bevy::prelude::*;
-use resecta_fluid::{OpenVessel, VesselKind, Vessels};
-use resecta_instrument::{InstrumentState, Resectoscope};
-use resecta_scenario::{ActiveExercise, Sight, Unseen};
+use resecta_fluid::{Circulation, OpenVessel, VesselKind, Vessels};
+use resecta_instrument::{InstrumentState, Resectoscope, ResectoscopeGeometry};
+use resecta_scenario::{ActiveExercise, Sight, Unseen, metrics::StepObservation};
+use resecta_tissue::{TissueContact, ToolPartKind};
 
 use super::{
     super::{closing::beside, palette},
     Shown,
-    picture::Picture,
+    picture::{Mark, Picture},
 };
 use crate::view::ViewSystems;
 
@@ -21,7 +23,8 @@ const NEARER_MM: f32 = 4.0;
 
 pub fn plugin(app: &mut App) {
     app.init_resource::<Bleeders>()
-        .add_systems(Update, look.in_set(ViewSystems::Last));
+        .add_message::<TissueContact>()
+        .add_systems(Update, (touch, look).chain().in_set(ViewSystems::Last));
 }
 
 /// What is marked; nothing where no guidance is shown.
@@ -33,6 +36,8 @@ pub struct Bleeders {
     /// Those that it saw when it was looked at them last, one a frame in turn, by their indices in the list of vessels.
     seen: BTreeSet<usize>,
     turn: usize,
+    /// Where the loop touches tissue, mm; nowhere while it is drawn in, where no current leaves it.
+    touched: Vec<Vec3>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -44,6 +49,33 @@ struct Bleeder {
     /// The way to it from the lens, mm: right, up and back as the picture has it.
     from_lens: Vec3,
     unseen: Option<Unseen>,
+    /// Where the loop lies on it: what part of the time is over that a current takes to close it.
+    closed: Option<f32>,
+}
+
+/// Follows where the loop touches tissue. A frame may bring no step, and several.
+fn touch(
+    active: Option<Res<ActiveExercise>>,
+    step: Option<Res<StepObservation>>,
+    mut contacts: MessageReader<TissueContact>,
+    mut bleeders: ResMut<Bleeders>,
+) {
+    let touches =
+        step.is_some_and(|step| step.loop_in_tissue && !ResectoscopeGeometry::is_drawn_in(step.instrument.stroke_mm));
+    let points = (contacts.read())
+        .filter(|contact| {
+            active
+                .as_ref()
+                .is_some_and(|active| contact.tissue == active.tissue && contact.tool == active.instrument)
+        })
+        .filter(|contact| contact.part == ToolPartKind::Loop)
+        .map(|contact| contact.point)
+        .collect::<Vec<_>>();
+    if !touches {
+        bleeders.touched.clear();
+    } else if !points.is_empty() {
+        bleeders.touched = points;
+    }
 }
 
 /// Chooses the next one, and casts a ray at it and at another one.
@@ -52,6 +84,7 @@ fn look(
     active: Option<Res<ActiveExercise>>,
     instruments: Query<(&InstrumentState, &Resectoscope)>,
     lists: Query<&Vessels>,
+    circulation: Option<Res<Circulation>>,
     mut sight: Sight,
     mut bleeders: ResMut<Bleeders>,
 ) {
@@ -65,20 +98,24 @@ fn look(
         *bleeders = Bleeders::default();
         return;
     };
+    let current = circulation.map(|circulation| circulation.settings).unwrap_or_default();
     let lens = scope.lens_pose(state);
     let marked = bleeders.next.map(|marked| marked.index);
     let is_in_field = |place: Vec3| scope.has_in_field(state, place);
-    // Under a current the one that words below the picture speak of.
+    let under_loop = nearest_within(vessels.open(), &bleeders.touched, current.coagulation_radius_mm);
+    // Under a current in vain the one that words below the picture speak of.
     let coagulates = state.coagulate && !state.cut;
     let at_wire = coagulates.then(|| beside(scope, state, vessels)).flatten();
-    let at_wire = at_wire.map(|(vessel, _)| vessel);
-    let next = at_wire.or_else(|| most_urgent(vessels.open(), lens.translation.into(), marked, is_in_field));
+    let next = (under_loop.or(at_wire.map(|(vessel, _)| vessel)))
+        .or_else(|| most_urgent(vessels.open(), lens.translation.into(), marked, is_in_field));
+    let share = |vessel: &OpenVessel| (vessel.dwell_s / current.coagulation_dwell_s.max(f64::EPSILON)).min(1.0) as f32;
     bleeders.next = next.map(|vessel| Bleeder {
         index: vessel.index,
         kind: vessel.vessel.kind,
         place: vessel.place,
         from_lens: lens.inverse() * vessel.place,
         unseen: sight.unseen(vessel.place),
+        closed: under_loop.map(|_| share(&vessel)),
     });
     bleeders.turn = (bleeders.turn + 1) % vessels.open().count().max(1);
     if let Some(vessel) = vessels.open().nth(bleeders.turn) {
@@ -96,6 +133,23 @@ fn look(
             .filter(|vessel| bleeders.seen.contains(&vessel.index))
             .map(|vessel| (vessel.vessel.kind, vessel.place)),
     );
+}
+
+/// The one that a current through a loop that touches tissue there would close: the nearest within its reach, mm.
+fn nearest_within<'a>(
+    open: impl Iterator<Item = OpenVessel<'a>>,
+    touched: &[Vec3],
+    reach_mm: f64,
+) -> Option<OpenVessel<'a>> {
+    let nearest = |vessel: &OpenVessel| {
+        touched
+            .iter()
+            .map(|point| point.distance(vessel.place))
+            .reduce(f32::min)
+    };
+    let reached = open.filter_map(|vessel| Some((nearest(&vessel)?, vessel)));
+    let reached = reached.filter(|(far, _)| f64::from(*far) <= reach_mm);
+    reached.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, vessel)| vessel)
 }
 
 /// Of arteries before veins, and of those in the picture before others, the one nearest to the lens; the marked one unless another is
@@ -123,11 +177,28 @@ pub fn show(picture: &Picture, bleeders: &Bleeders, opacity: f32) {
     // The colour of the current that closes them, which also stands out from tissue and blood.
     let colour = palette::COAGULATION.gamma_multiply(opacity);
     for (kind, place) in &bleeders.others {
-        picture.mark(*place, None, name(*kind), colour);
+        picture.mark(&Mark {
+            place: *place,
+            unseen: None,
+            name: name(*kind),
+            colour,
+            done: None,
+        });
     }
     let Some(next) = bleeders.next else { return };
-    let name = format!("{}, {:.0} mm", name(next.kind), next.from_lens.length());
-    if !picture.mark(next.place, next.unseen, &name, colour) {
+    let kind = name(next.kind);
+    let name = match next.closed {
+        Some(_) => format!("{kind}, under the loop"),
+        None => format!("{kind}, {:.0} mm", next.from_lens.length()),
+    };
+    let is_marked = picture.mark(&Mark {
+        place: next.place,
+        unseen: next.unseen,
+        name: &name,
+        colour,
+        done: next.closed,
+    });
+    if !is_marked {
         picture.point_to(next.from_lens, &name, colour);
     }
 }
@@ -141,21 +212,21 @@ mod tests {
     /// What is further away is not in the field.
     const FIELD_MM: f32 = 25.0;
 
-    /// Which is chosen of vessels by their kinds and distances from the lens, mm.
-    fn chosen(vessels: &[(VesselKind, f32)], marked: Option<usize>) -> Option<usize> {
-        let data: Vec<Vessel> = vessels
-            .iter()
-            .map(|&(kind, far)| Vessel {
-                pentahedron: 0,
-                place: Vec3::Z * far,
-                direction: Vec3::X,
-                kind,
-                diameter_mm: 1.0,
-                rate_ml_per_s: 0.1,
-                clotting_s: 100.0,
-            })
-            .collect();
-        let open = data.iter().enumerate().map(|(index, vessel)| OpenVessel {
+    fn vessels(vessels: &[(VesselKind, f32)]) -> Vec<Vessel> {
+        let vessel = |&(kind, far): &(VesselKind, f32)| Vessel {
+            pentahedron: 0,
+            place: Vec3::Z * far,
+            direction: Vec3::X,
+            kind,
+            diameter_mm: 1.0,
+            rate_ml_per_s: 0.1,
+            clotting_s: 100.0,
+        };
+        vessels.iter().map(vessel).collect()
+    }
+
+    fn open(data: &[Vessel]) -> impl Iterator<Item = OpenVessel<'_>> {
+        data.iter().enumerate().map(|(index, vessel)| OpenVessel {
             index,
             vessel,
             place: vessel.place,
@@ -163,9 +234,29 @@ mod tests {
             rate_ml_per_s: vessel.rate_ml_per_s,
             share: 1.0,
             dwell_s: 0.0,
-        });
+        })
+    }
+
+    /// Which is chosen of vessels by their kinds and distances from the lens, mm.
+    fn chosen(of: &[(VesselKind, f32)], marked: Option<usize>) -> Option<usize> {
         let is_in_field = |place: Vec3| place.z < FIELD_MM;
-        most_urgent(open, Vec3::ZERO, marked, is_in_field).map(|vessel| vessel.index)
+        most_urgent(open(&vessels(of)), Vec3::ZERO, marked, is_in_field).map(|vessel| vessel.index)
+    }
+
+    #[test]
+    fn a_loop_lies_on_the_nearest_vessel_that_its_current_would_reach() {
+        use VesselKind::{Arterial, Venous};
+        let data = vessels(&[(Arterial, 4.0), (Venous, 9.0)]);
+        let under = |touched: &[Vec3]| nearest_within(open(&data), touched, 3.0).map(|vessel| vessel.index);
+        assert_eq!(under(&[]), None);
+        assert_eq!(under(&[Vec3::Z * 0.5]), None);
+        assert_eq!(under(&[Vec3::Z * 2.0]), Some(0));
+        assert_eq!(under(&[Vec3::Z * 6.6]), Some(1), "a vein, and nearer");
+        assert_eq!(
+            under(&[Vec3::Z * 2.0, Vec3::Z * 8.5]),
+            Some(1),
+            "the nearest to any place"
+        );
     }
 
     #[test]

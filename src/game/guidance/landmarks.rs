@@ -9,7 +9,12 @@ use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::{ActiveExercise, FAR_MM, LandmarkObservation, Sight, Unseen};
 use resecta_tissue::Tissue;
 
-use super::{super::overlay::shadowed, super::palette, Shown, picture::Picture};
+use super::{
+    super::overlay::shadowed,
+    super::palette,
+    Shown,
+    picture::{Mark, Picture},
+};
 use crate::view::ViewSystems;
 
 /// Within this distance of the capsule a wall is called by it, mm.
@@ -185,7 +190,13 @@ pub fn show(picture: &Picture, seen: &Seen, wanted: Option<(Landmark, LandmarkOb
             Some((_, observed)) => observed.unseen,
             None => (!sight.is_seen).then_some(Unseen::OutOfField),
         };
-        picture.mark(sight.place, unseen, sight.landmark.name(), colour);
+        picture.mark(&Mark {
+            place: sight.place,
+            unseen,
+            name: sight.landmark.name(),
+            colour,
+            done: None,
+        });
     }
     if let Some((landmark, observed)) = wanted.filter(|(_, observed)| observed.unseen == Some(Unseen::OutOfField)) {
         picture.point_to(observed.from_lens, landmark.name(), colour);
