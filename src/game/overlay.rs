@@ -30,6 +30,9 @@ const LABEL_GAP: f32 = 9.0;
 /// The button of a pause that ends a run.
 const END: &str = "End and show the score";
 
+/// The briefing names the steps of an exercise that has no more of them; others are told as one goes.
+const FEW_STEPS: usize = 3;
+
 pub fn plugin(app: &mut App) {
     app.init_resource::<Warnings>()
         .add_systems(Update, watch_harm)
@@ -287,6 +290,11 @@ fn briefing(
             menu::caption(ui, "Goals");
             for goal in &card.goals {
                 ui.label(format!("• {}", goal.goal));
+                if goal.metric == MetricId::StepsDone && exercise.steps.len() <= FEW_STEPS {
+                    for (number, step) in (1..).zip(&exercise.steps) {
+                        ui.label(RichText::new(format!("{number}. {}", step.say)).color(palette::WEAK));
+                    }
+                }
             }
             let time = clock(exercise.limits.time_s);
             ui.label(format!("• within {time} min, or until you end it: Esc, \"{END}\""));

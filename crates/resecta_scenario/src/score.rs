@@ -213,7 +213,11 @@ impl Goal {
             ),
             Goal::FinishSteps => {
                 let steps = exercise.steps.len();
-                (format!("Do all {steps} steps"), MetricId::StepsDone, steps as f64)
+                let words = match steps {
+                    2 => "Do both steps".into(),
+                    _ => format!("Do all {steps} steps"),
+                };
+                (words, MetricId::StepsDone, steps as f64)
             }
             Goal::Extension(goal) => (goal.words().into(), MetricId::Extension(goal.metric()), 1.0),
         };
