@@ -2,8 +2,9 @@
 //!
 //! What is opened by name (`resecta --exercise NAME`) is never locked, nor is anything once the settings say so.
 
-use std::fmt;
+use std::{fmt, ptr};
 
+use resecta_records::progress::PastRun;
 use resecta_scenario::{Curriculum, EndReason, Medal, Needs};
 
 use super::{
@@ -41,25 +42,58 @@ impl Opens {
             exercises: before.exercises.iter().map(|name| full(name)).collect(),
         })
     }
+
+    /// In how many exercises it is earned, by the best medal in each.
+    fn earned(&self, medal: impl Fn(&str) -> Option<Medal>) -> usize {
+        let is_earned = |name: &&String| medal(name) >= Some(self.needs.medal);
+        self.exercises.iter().filter(is_earned).count()
+    }
 }
 
 impl Catalogue {
     /// What the trainee lacks to open an exercise; nothing if it is open, as it is to whoever has set that all are.
     pub fn lock(&self, entry: &Entry, history: &History, all_open: bool) -> Option<Lock> {
         let opens = entry.opens.as_ref().filter(|_| !all_open)?;
-        let is_earned = |name: &&String| self.medal(name, history) >= Some(opens.needs.medal);
-        let earned = opens.exercises.iter().filter(is_earned).count();
+        let earned = opens.earned(|name| self.medal(name, history));
         (earned < opens.needs.exercises as usize).then(|| Lock {
             opens: opens.clone(),
             earned,
         })
     }
 
+    /// Titles of the levels that the trainee's last run opened: those that would be closed without it.
+    pub fn opened_by_last<'a>(&'a self, exercise: &str, history: &History, all_open: bool) -> Vec<&'a str> {
+        let Some(last) = history.of_exercise(exercise).next_back().filter(|_| !all_open) else {
+            return Vec::new();
+        };
+        let mut titles = Vec::new();
+        for entry in &self.entries {
+            let (Some(opens), Some(title)) = (&entry.opens, &entry.level) else {
+                continue;
+            };
+            let needed = opens.needs.exercises as usize;
+            let before = opens.earned(|name| {
+                let others = history.of_exercise(name).filter(|run| !ptr::eq(*run, last));
+                self.medal_of(name, others)
+            });
+            let is_opened = before < needed && opens.earned(|name| self.medal(name, history)) >= needed;
+            if is_opened && !titles.contains(&title.as_str()) {
+                titles.push(title);
+            }
+        }
+        titles
+    }
+
     /// The best medal that the trainee has for an exercise: what a run earned when it was played, or earns by today's pars.
     pub fn medal(&self, exercise: &str, history: &History) -> Option<Medal> {
+        self.medal_of(exercise, history.of_exercise(exercise))
+    }
+
+    /// The best of these runs of an exercise.
+    fn medal_of<'a>(&self, exercise: &str, runs: impl Iterator<Item = &'a PastRun>) -> Option<Medal> {
         let entry = self.get(exercise);
         let pars = entry.and_then(|entry| entry.loaded.exercise.total_pars.as_ref());
-        let medals = history.of_exercise(exercise).filter_map(|run| {
+        let medals = runs.filter_map(|run| {
             let was_harm = run.ended.is_some_and(EndReason::is_harm);
             let by_today = pars.filter(|_| !was_harm).and_then(|pars| pars.medal(run.score));
             run.medal.max(by_today)
@@ -134,6 +168,25 @@ mod tests {
             );
         }
         assert_eq!(opened, 2, "two levels are closed at first");
+    }
+
+    #[test]
+    fn the_run_that_earns_the_last_medal_opens_the_level_and_no_other_does() {
+        let catalogue = shipped();
+        let mut history = History::default();
+        let opened = |history: &History, exercise: &str| catalogue.opened_by_last(exercise, history, false);
+        assert!(opened(&history, "orientation").is_empty());
+        history.add_medal("orientation", Medal::Gold);
+        assert!(opened(&history, "orientation").is_empty(), "one of two");
+        history.add_played("tutorial", 0.0);
+        assert!(opened(&history, "tutorial").is_empty(), "no medal");
+        history.add_medal("tutorial", Medal::Bronze);
+        assert_eq!(opened(&history, "tutorial"), ["Parts of an operation"]);
+        assert!(catalogue.opened_by_last("tutorial", &history, true).is_empty());
+        history.add_medal("tutorial", Medal::Gold);
+        assert!(opened(&history, "tutorial").is_empty(), "it was open before");
+        history.add_medal("irrigation", Medal::Gold);
+        assert!(opened(&history, "irrigation").is_empty(), "three of two");
     }
 
     #[test]

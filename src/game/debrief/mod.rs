@@ -17,12 +17,14 @@ use resecta_tissue::Tissue;
 
 use super::{
     again::WatchAgain,
+    catalogue::Catalogue,
     flow::{GameFlow, Phase, Wish},
     history::History,
     menu::{self, MenuFocus, MenuSystems},
     moments::Moments,
     palette,
     panel::{clock, tells_removed},
+    settings::KeptSettings,
 };
 use crate::page;
 
@@ -103,7 +105,7 @@ fn show(
     card: Res<ScoreCard>,
     metrics: Res<Metrics>,
     (log, history, focus, moments): (Res<RunLog>, Res<History>, Res<MenuFocus>, Res<Moments>),
-    again: Res<WatchAgain>,
+    (again, catalogue, kept): (Res<WatchAgain>, Res<Catalogue>, Res<KeptSettings>),
     mut debriefing: ResMut<Debriefing>,
     mut flow: ResMut<GameFlow>,
 ) -> Result {
@@ -115,7 +117,11 @@ fn show(
     }
     let context = contexts.ctx_mut()?;
     menu::full_screen(context, "debriefing", palette::GROUND, |ui| {
-        header(ui, &active, reason, &card, &metrics);
+        let opened = match flow.watches {
+            true => Vec::new(),
+            false => catalogue.opened_by_last(&active.name, &history, kept.all_open),
+        };
+        header(ui, &active, reason, (&card, &metrics), &opened);
         ui.add_space(4.0);
         ui.horizontal(|ui| {
             // Nothing was to be cut and nothing was: a map of that tells nothing.
@@ -194,8 +200,14 @@ fn save_report(ui: &mut Ui, debriefing: &mut Debriefing) {
     }
 }
 
-/// How it ended, and the total.
-fn header(ui: &mut Ui, active: &ActiveExercise, reason: EndReason, card: &ScoreCard, metrics: &Metrics) {
+/// How it ended, the total, and which levels it opened.
+fn header(
+    ui: &mut Ui,
+    active: &ActiveExercise,
+    reason: EndReason,
+    (card, metrics): (&ScoreCard, &Metrics),
+    opened: &[&str],
+) {
     let (headline, colour) = match reason {
         EndReason::GoalsReached => ("Every goal reached", palette::GOOD),
         EndReason::TimeUp => ("Time is up", palette::CAREFUL),
@@ -218,6 +230,10 @@ fn header(ui: &mut Ui, active: &ActiveExercise, reason: EndReason, card: &ScoreC
             } else {
                 format!("In {time}")
             });
+            for level in opened {
+                let words = format!("This run opens “{level}” in the list of exercises.");
+                ui.label(RichText::new(words).size(15.5).color(palette::GOOD));
+            }
         });
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             ui.label(
