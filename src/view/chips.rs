@@ -1,4 +1,5 @@
-//! Floating chips as they are seen, in both views: the surface that the stroke cut free, turning with its body.
+//! Floating chips as they are seen, in both views: the surface that the stroke cut free, turning with its body. From outside they are
+//! cut open with the gland: those in the half of it that is not shown would seem to float beside it.
 
 use bevy::{
     asset::RenderAssetUsages,
@@ -7,11 +8,13 @@ use bevy::{
     prelude::*,
 };
 use resecta_chips::FloatingChip;
+use resecta_scenario::ActiveExercise;
 use resecta_tissue::{Chip, SurfaceKind};
 
 use super::{
     ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems,
     between::FrameShare,
+    gland::sagittal,
     material::{Look, ViewMaterial},
     palette,
 };
@@ -25,24 +28,46 @@ pub fn plugin(app: &mut App) {
         .add_systems(Update, follow.in_set(ViewSystems::Follow));
 }
 
-/// Gives new chips their bodies: one mesh each, and the same material for all.
+/// The materials of the chips of a case, in the endoscope's view and from outside.
+struct Looks {
+    section: Vec4,
+    materials: [Handle<ViewMaterial>; 2],
+}
+
+impl Looks {
+    fn new(section: Vec4, materials: &mut Assets<ViewMaterial>) -> Self {
+        // Relief is in the mesh: the shader's would swim over a body that moves.
+        let look = Look {
+            gloss: 0.5,
+            sharpness: 40.0,
+            ..default()
+        };
+        let outside = Look {
+            gloss: 0.2,
+            section,
+            ..look.clone()
+        };
+        Looks {
+            section,
+            materials: [look.under_lamp(), outside].map(|look| materials.add(ViewMaterial::from(look))),
+        }
+    }
+}
+
+/// Gives new chips their bodies: one mesh each, and the same materials for all of a case.
 fn dress(
     chips: Query<(Entity, &FloatingChip), Without<Transform>>,
-    mut looks: Local<Option<[Handle<ViewMaterial>; 2]>>,
+    active: Option<Res<ActiveExercise>>,
+    mut looks: Local<Option<Looks>>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<ViewMaterial>>,
     mut commands: Commands,
 ) {
+    let section = active.map_or(Vec4::ZERO, |active| sagittal(&active.case));
+    looks.take_if(|looks| looks.section != section);
     for (entity, chip) in &chips {
-        // Relief is in the mesh: the shader's would swim over a body that moves.
-        let [inside, outside] = looks.get_or_insert_with(|| {
-            let look = Look {
-                gloss: 0.5,
-                sharpness: 40.0,
-                ..default()
-            };
-            [look.clone().under_lamp(), Look { gloss: 0.2, ..look }].map(|look| materials.add(ViewMaterial::from(look)))
-        });
+        let looks = looks.get_or_insert_with(|| Looks::new(section, &mut materials));
+        let [inside, outside] = &looks.materials;
         let mesh = meshes.add(body(&chip.chip));
         commands
             .entity(entity)
