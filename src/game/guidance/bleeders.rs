@@ -205,9 +205,12 @@ pub fn show(picture: &Picture, bleeders: &Bleeders, opacity: f32) {
 
 #[cfg(test)]
 mod tests {
+    use bevy::ecs::system::RunSystemOnce;
     use resecta_fluid::Vessel;
+    use resecta_solver::NodeKind;
 
     use super::*;
+    use crate::{game::guidance::skill::Parts, testing::Trial};
 
     /// What is further away is not in the field.
     const FIELD_MM: f32 = 25.0;
@@ -257,6 +260,42 @@ mod tests {
             Some(1),
             "the nearest to any place"
         );
+    }
+
+    #[test]
+    fn the_vessel_where_the_loop_touches_is_marked_and_no_other_once_it_is_lifted_or_drawn_in() {
+        let mut trial = Trial::new(());
+        trial.start("haemostasis").unwrap();
+        trial.steps(2);
+        let (tissue, tool) = (trial.active().tissue, trial.active().instrument);
+        let world = trial.app.world_mut();
+        world.init_resource::<Bleeders>();
+        world.insert_resource(Shown {
+            parts: Parts::ALL,
+            told_s: 0.0,
+        });
+        let open = world.get::<Vessels>(tissue).unwrap().open();
+        let (index, place) = open.map(|vessel| (vessel.index, vessel.place)).last().unwrap();
+        for (loop_in_tissue, stroke_mm, is_under) in [(true, 10.0, true), (false, 10.0, false), (true, 0.0, false)] {
+            let mut step = world.resource_mut::<StepObservation>();
+            (step.loop_in_tissue, step.instrument.stroke_mm) = (loop_in_tissue, stroke_mm);
+            world.write_message(TissueContact {
+                tissue,
+                tool,
+                part: ToolPartKind::Loop,
+                pentahedron: 0,
+                point: place,
+                normal: Vec3::Z,
+                depth_mm: 0.1,
+                kind: NodeKind::Inner,
+                current: false,
+            });
+            world.run_system_once(touch).unwrap();
+            world.run_system_once(look).unwrap();
+            let next = world.resource::<Bleeders>().next.unwrap();
+            assert_eq!(next.closed, is_under.then_some(0.0), "{loop_in_tissue} {stroke_mm}");
+            assert!(!is_under || next.index == index);
+        }
     }
 
     #[test]
