@@ -340,7 +340,7 @@ fn briefing(
     });
     ui.separator();
     menu::caption(ui, "Controls");
-    in_halves(ui, controls);
+    in_halves(ui, "controls", controls.titles, &controls.rows);
     ui.add_space(8.0);
     ui.horizontal(|ui| {
         menu::wish(ui, "Begin (Enter)", Wish::Play, lead, flow);
@@ -355,18 +355,18 @@ fn briefing(
 
 fn help(ui: &mut Ui, controls: &Controls, lead: bool, flow: &mut GameFlow) {
     ui.label(
-        "A cut: push the loop out over the tissue, lower the tip until the loop sinks in, press the cutting pedal, draw \
-         the loop in, release. The sheath stays still. Cut only between the bladder and the verumontanum, the mound on the urethra's \
-         floor (guidance names it). Distances in orange say how near capsule and sphincter are; \"stop\": no further.",
+        "A cut: push the loop out over the tissue, lower the tip until the loop sinks in, press the cutting pedal, draw the \
+         loop in, release. The sheath stays still. Cut only between the bladder and the verumontanum, the mound on the urethra's \
+         floor (guidance names it). Distances to capsule and sphincter in orange: near; with \"stop\": no further.",
     );
     ui.label(
-        "A bleeder: lay the wire on it and hold the coagulating pedal until it is told that it is closed. Guidance marks the next one, with \
-         how far it is from the lens, and tells when it is under the loop. Where blood hides it, open both taps, draw back, and come from \
-         another side.",
+        "A bleeder: lay the wire on it and hold the coagulating pedal until it is told that it is closed. Guidance marks the next, by its \
+         distance from the lens, and tells when it is under the loop. Where blood hides it, open both taps, draw \
+         back, and come from another side.",
     );
     ui.separator();
     menu::caption(ui, "Instrument");
-    in_halves(ui, controls);
+    in_halves(ui, "controls", controls.titles, &controls.rows);
     ui.separator();
     menu::caption(ui, "Game");
     let columns = if controls.has_pad() { 3 } else { 2 };
@@ -376,7 +376,7 @@ fn help(ui: &mut Ui, controls: &Controls, lead: bool, flow: &mut GameFlow) {
             .map(|cell| Cow::from(*cell))
             .collect()
     });
-    table(ui, "game keys", controls.titles, &rows);
+    in_halves(ui, "game keys", controls.titles, &rows);
     ui.add_space(6.0);
     menu::wish(ui, "Close (H)", Wish::Help, lead, flow);
 }
@@ -418,18 +418,18 @@ impl Controls {
 }
 
 /// A long table as two beside each other.
-fn in_halves(ui: &mut Ui, controls: &Controls) {
+fn in_halves(ui: &mut Ui, name: &str, titles: &[&str], rows: &[Vec<Cow<str>>]) {
     let half = ui.available_width() / 2.0 - 10.0;
-    let (left, right) = controls.rows.split_at(controls.rows.len().div_ceil(2));
+    let (left, right) = rows.split_at(rows.len().div_ceil(2));
     ui.horizontal_top(|ui| {
-        for (name, rows) in [("left half", left), ("right half", right)] {
-            menu::part(ui, [half, 0.0], |ui| table(ui, name, controls.titles, rows));
+        for (side, rows) in [("left", left), ("right", right)] {
+            menu::part(ui, [half, 0.0], |ui| table(ui, (name, side), titles, rows));
         }
     });
 }
 
 /// Rows of what is done and what does it, below titles if there are any.
-fn table(ui: &mut Ui, name: &str, titles: &[&str], rows: &[Vec<Cow<str>>]) {
+fn table(ui: &mut Ui, name: (&str, &str), titles: &[&str], rows: &[Vec<Cow<str>>]) {
     let columns = rows.first().map_or(0, Vec::len);
     egui::Grid::new(name)
         .num_columns(columns)
