@@ -215,7 +215,7 @@ fn header(
         EndReason::SphincterInjured => ("Ended: the sphincter was injured", palette::BAD),
         EndReason::BloodLost => ("Ended: too much blood was lost", palette::BAD),
         EndReason::Absorbed => ("Ended: too much irrigant was absorbed", palette::BAD),
-        EndReason::InputEnded => ("The recording is over", palette::TEXT),
+        EndReason::InputEnded => ("The demonstration is over", palette::TEXT),
         EndReason::Player => ("Ended before the goal", palette::TEXT),
     };
     ui.horizontal(|ui| {
