@@ -187,9 +187,10 @@ pub fn show(picture: &Picture, bleeders: &Bleeders, opacity: f32) {
     }
     let Some(next) = bleeders.next else { return };
     let kind = name(next.kind);
+    let by_distance = format!("{kind}, {:.0} mm", next.from_lens.length());
     let name = match next.closed {
         Some(_) => format!("{kind}, under the loop"),
-        None => format!("{kind}, {:.0} mm", next.from_lens.length()),
+        None => by_distance.clone(),
     };
     let is_marked = picture.mark(&Mark {
         place: next.place,
@@ -199,7 +200,8 @@ pub fn show(picture: &Picture, bleeders: &Bleeders, opacity: f32) {
         done: next.closed,
     });
     if !is_marked {
-        picture.point_to(next.from_lens, &name, colour);
+        // A loop at work out of the picture is told by nothing: the arrow says where to look.
+        picture.point_to(next.from_lens, &by_distance, colour);
     }
 }
 
