@@ -6,6 +6,8 @@ use resecta_scenario::{LandmarkObservation, Unseen};
 
 /// From this roll on, degrees, what is higher in the view is no longer reached by raising the tip.
 const ROLLED_DEG: f32 = 30.0;
+/// What is beside the lens and nearer than this, mm, comes into its field by drawing back.
+const BESIDE_MM: f32 = 15.0;
 
 /// A way in the frame of a sheath that is rolled by so many degrees, mm (right, up and back), by its longest part: as the view has it,
 /// and what the tip does for it where the view is rolled away from the hands.
@@ -45,8 +47,10 @@ pub fn in_sight(landmark: &LandmarkObservation) -> String {
     let way = landmark.from_lens;
     match landmark.unseen {
         None => "In the picture: hold it there".to_owned(),
-        // The field ends well before half a right angle from its middle.
-        Some(Unseen::OutOfField) if way.z > -way.truncate().length() => "You are past it: draw back".to_owned(),
+        // The field ends well before half a right angle from its middle; what is far beside it is reached by turning, not by going back.
+        Some(Unseen::OutOfField) if way.z > 0.0 || way.z > -way.truncate().length() && way.length() < BESIDE_MM => {
+            "You are past it: draw back".to_owned()
+        }
         Some(Unseen::OutOfField) => {
             let aside = way.with_z(0.0);
             let (size, [over, under]) = longest(aside, [["right", "left"], ["upper", "lower"], ["", ""]]);
@@ -146,6 +150,11 @@ mod tests {
         assert_eq!(at([-8.0, 1.0, -9.0], aside), "Out of the picture: beyond its left rim");
         assert_eq!(at([1.0, -8.0, -3.0], aside), "You are past it: draw back");
         assert_eq!(at([-8.0, 1.0, 3.0], aside), "You are past it: draw back");
+        // Far ahead, but the lens looks elsewhere: whoever draws back loses it.
+        assert_eq!(
+            at([1.0, 18.0, -14.0], aside),
+            "Out of the picture: beyond its upper rim"
+        );
         assert_eq!(
             at([0.0, 0.0, -51.0], Some(Unseen::InTheDark)),
             "51 mm away: too far for the light"
