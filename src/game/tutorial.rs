@@ -14,12 +14,12 @@ use super::{
     menu::{self, MenuSystems, UiZoom},
     palette,
     panel::PANEL_WIDTH,
-    way::{action, in_sight, whither},
+    way::{in_sight, to_marked, whither},
 };
 use crate::view::OutsideCamera;
 
 /// How long a step that was done is praised, s.
-const DONE_S: f32 = 1.5;
+const DONE_S: f32 = 2.5;
 
 /// Space to the edges of a view, points.
 const GAP: f32 = 8.0;
@@ -40,17 +40,36 @@ pub fn plugin(app: &mut App) {
         .add_systems(EguiPrimaryContextPass, show.in_set(MenuSystems::Show));
 }
 
-/// For how long the last step that was done is still told.
+/// What was done last, and for how long it is still told.
 #[derive(Resource, Debug, Default)]
 struct JustDone {
+    /// How many steps are done.
     steps: usize,
+    /// How many of them are told of: what is done at a glance would go by unseen.
+    told: usize,
     left_s: f32,
+}
+
+impl JustDone {
+    fn words(&self, next: usize, all: usize) -> String {
+        let (first, last) = (self.steps + 1 - self.told, self.steps);
+        let done = if first < last {
+            format!("✔ Steps {first} to {last} done")
+        } else {
+            format!("✔ Step {last} done")
+        };
+        format!("{done}. Now step {next} of {all}")
+    }
 }
 
 fn notice_done(progress: Res<StepProgress>, time: Res<Time<Real>>, mut done: ResMut<JustDone>) {
     let steps = progress.done_at_s.len();
     if steps > done.steps {
+        let told = if done.left_s > 0.0 { done.told } else { 0 };
+        done.told = told + steps - done.steps;
         done.left_s = DONE_S;
+    } else if steps < done.steps {
+        done.left_s = 0.0;
     } else {
         done.left_s = (done.left_s - time.delta_secs()).max(0.0);
     }
@@ -99,10 +118,7 @@ fn show(
     let roll_deg = state.map_or(0.0, |state| state.roll_deg);
     let has_pad = !pads.is_empty();
     let (frame, count) = if done.left_s > 0.0 {
-        (
-            palette::GOOD,
-            format!("✔ Done. Now step {} of {}", index + 1, steps.len()),
-        )
+        (palette::GOOD, done.words(index + 1, steps.len()))
     } else {
         (palette::ACCENT, format!("Step {} of {}", index + 1, steps.len()))
     };
@@ -116,8 +132,9 @@ fn show(
                 ui.set_width(width);
                 ui.label(RichText::new(count).size(13.0).strong().color(frame));
                 ui.label(RichText::new(&step.say).size(18.0).strong());
-                let actions = match progress.away {
-                    Some(way) => vec![action(way, roll_deg)],
+                let to_marked = (progress.away.zip(state)).map(|(way, state)| (way, to_marked(way, state, step.until)));
+                let actions = match to_marked {
+                    Some((_, action)) => vec![action],
                     None if progress.is_blind => on_tissue.ways_out(),
                     None => [step.until.actions(), &step.also].concat(),
                 };
@@ -145,9 +162,15 @@ fn show(
                             .color(palette::GOOD),
                     );
                 }
-                if let Some(way) = progress.away {
-                    let back = format!("Not here: the marked tissue is {}", whither(way, roll_deg));
+                if let Some((way, action)) = to_marked {
+                    let mut back = format!("Not here: the marked tissue is {}", whither(way, roll_deg));
+                    if action == InstrumentAction::LoopIn {
+                        back.push_str(": draw the loop in");
+                    }
                     ui.label(RichText::new(back).strong().color(palette::CAREFUL));
+                } else if progress.is_there {
+                    let there = "That is far enough: let go of the keys";
+                    ui.label(RichText::new(there).strong().color(palette::GOOD));
                 } else if progress.is_blind {
                     let blind = "This does not count: tissue lies close before the lens";
                     ui.label(RichText::new(blind).strong().color(palette::CAREFUL));
@@ -243,6 +266,20 @@ fn is_at_end(action: InstrumentAction, state: Option<&InstrumentState>) -> bool 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn steps_that_are_done_one_upon_the_other_are_all_told() {
+        let told = |steps, told| {
+            let done = JustDone {
+                steps,
+                told,
+                left_s: DONE_S,
+            };
+            done.words(steps + 1, 5)
+        };
+        assert_eq!(told(2, 1), "✔ Step 2 done. Now step 3 of 5");
+        assert_eq!(told(3, 2), "✔ Steps 2 to 3 done. Now step 4 of 5");
+    }
 
     #[test]
     fn there_and_back_are_one_line_where_there_are_many() {

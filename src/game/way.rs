@@ -1,8 +1,8 @@
 //! A way through the gland in words: to a vessel, to the tissue that an exercise is about, to a landmark.
 
 use bevy::math::{Quat, Vec3};
-use resecta_instrument::InstrumentAction;
-use resecta_scenario::{LandmarkObservation, Unseen};
+use resecta_instrument::{InstrumentAction, InstrumentState};
+use resecta_scenario::{LandmarkObservation, Trigger, Unseen};
 
 /// From this roll on, degrees, what is higher in the view is no longer reached by raising the tip.
 const ROLLED_DEG: f32 = 30.0;
@@ -40,6 +40,20 @@ pub fn action(way: Vec3, roll_deg: f32) -> InstrumentAction {
     let unrolled = Quat::from_rotation_z(-roll_deg.to_radians()) * way;
     let (size, [over, under]) = longest(unrolled, [[TipRight, TipLeft], [TipUp, TipDown], [Withdraw, Advance]]);
     if size > 0.0 { over } else { under }
+}
+
+/// What the hands do to bring the loop's wire to marked tissue, for a step that ends by `until`: whoever has pushed the loop out beyond it
+/// draws the loop in, not the sheath back.
+pub fn to_marked(way: Vec3, state: &InstrumentState, until: Trigger) -> InstrumentAction {
+    let least_mm = match until {
+        Trigger::LoopOut { mm } => mm as f32,
+        // No further than to where the loop does it all.
+        _ => way.z,
+    };
+    match action(way, state.roll_deg) {
+        InstrumentAction::Withdraw if state.stroke_mm > least_mm => InstrumentAction::LoopIn,
+        other => other,
+    }
 }
 
 /// Where a landmark is that is to be looked at, and what is between.
@@ -133,6 +147,20 @@ mod tests {
         }
         let way = Vec3::new(0.0, 3.0, 0.0);
         assert_eq!(whither(way, 90.0), "3 mm higher in the view (tip right)");
+    }
+
+    #[test]
+    fn a_loop_that_is_out_beyond_marked_tissue_is_drawn_in() {
+        let beyond = Vec3::new(1.0, -2.0, 12.0);
+        let with = |stroke_mm| InstrumentState { stroke_mm, ..default() };
+        let out = Trigger::LoopOut { mm: 15.0 };
+        assert_eq!(to_marked(beyond, &with(25.0), out), InstrumentAction::LoopIn);
+        assert_eq!(to_marked(beyond, &with(14.0), out), InstrumentAction::Withdraw);
+        let cut = Trigger::Cut { g: 0.3 };
+        assert_eq!(to_marked(beyond, &with(14.0), cut), InstrumentAction::LoopIn);
+        assert_eq!(to_marked(beyond, &with(2.0), cut), InstrumentAction::Withdraw);
+        let below = Vec3::new(1.0, -12.0, 2.0);
+        assert_eq!(to_marked(below, &with(25.0), out), InstrumentAction::TipDown);
     }
 
     #[test]

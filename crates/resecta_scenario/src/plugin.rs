@@ -140,7 +140,7 @@ impl Plugin for ScenarioPlugin {
                         observe_vessels,
                         observe_chips,
                         sight::observe_landmark.after(clearance::measure),
-                        sight::observe_ahead,
+                        sight::observe_seen,
                         marked_way::observe_marked_way,
                     )
                         .chain()

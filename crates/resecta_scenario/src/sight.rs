@@ -15,6 +15,10 @@ const UNDER_MM: f32 = 2.5;
 /// Share of the light that has to come back from a place for it to be made out. Our choice: what is looked for, dark or mounded,
 /// is told in murk in which plain tissue is not.
 const LEAST_LIGHT: f64 = 0.15;
+/// Whether the lens sees anything is asked in the middle of its picture and so far above, below, left and right of it: two thirds of the
+/// way to the rim. Our choice: a lens that looks 30 degrees downwards has tissue before its middle where it works, and sees along the
+/// sheath above that.
+const BESIDE_DEG: f32 = 25.0;
 
 /// What the lens of the exercise in play sees. A system that has it reads the tissue by [`Sight::rays`]. Costs a ray where it is asked
 /// and nothing where it is not.
@@ -70,11 +74,30 @@ impl Sight<'_, '_> {
     /// How far the lens sees in the middle of its picture, mm, [`FAR_MM`] at most; 0 where tissue lies about it, as it may for some
     /// steps when a quick sheath runs into it. None without an instrument that looks.
     pub fn ahead_mm(&mut self) -> Option<f32> {
+        let lens = self.lens()?;
+        Some(self.along(lens, Vec3::NEG_Z))
+    }
+
+    /// How far the lens sees where it sees furthest, in the middle or beside it, mm, [`FAR_MM`] at most; 0 where tissue lies all about
+    /// it. None without an instrument that looks.
+    pub fn sees_mm(&mut self) -> Option<f32> {
+        let lens = self.lens()?;
+        let aside = BESIDE_DEG.to_radians().tan();
+        let beside = [Vec3::Y, Vec3::NEG_Y, Vec3::NEG_X, Vec3::X].map(|side| Vec3::NEG_Z + aside * side);
+        let far = beside.map(|direction| self.along(lens, direction));
+        Some(far.into_iter().fold(self.along(lens, Vec3::NEG_Z), f32::max))
+    }
+
+    fn lens(&self) -> Option<Isometry3d> {
         let active = self.active.as_ref()?;
         let (state, scope) = self.instruments.get(active.instrument).ok()?;
-        let lens = scope.lens_pose(state);
-        let hit = self.first_hit_mm(lens.translation.into(), lens.rotation * Vec3::NEG_Z);
-        Some(hit.map_or(FAR_MM, |hit| hit.min(FAR_MM)))
+        Some(scope.lens_pose(state))
+    }
+
+    /// How far it is to tissue from a lens, in a direction in its frame, mm.
+    fn along(&mut self, lens: Isometry3d, direction: Vec3) -> f32 {
+        let hit = self.first_hit_mm(lens.translation.into(), lens.rotation * direction);
+        hit.map_or(FAR_MM, |hit| hit.min(FAR_MM))
     }
 
     /// How far from a place a ray first meets the exercise's tissue, mm; 0 from a place within it.
@@ -93,12 +116,12 @@ impl Sight<'_, '_> {
 }
 
 /// Measures how far the lens sees for a step that asks for it; nothing is done in one that does not.
-pub(crate) fn observe_ahead(progress: Res<StepProgress>, mut sight: Sight, mut step: ResMut<StepObservation>) {
+pub(crate) fn observe_seen(progress: Res<StepProgress>, mut sight: Sight, mut step: ResMut<StepObservation>) {
     let is_asked = sight.active.as_ref().is_some_and(|active| {
         let present = progress.present(&active.exercise);
         present.is_some_and(|present| present.seeing_mm.is_some())
     });
-    step.ahead_mm = is_asked.then(|| sight.ahead_mm()).flatten().map(f64::from);
+    step.sees_mm = is_asked.then(|| sight.sees_mm()).flatten().map(f64::from);
 }
 
 /// How a landmark that the present step is about stands to the instrument.

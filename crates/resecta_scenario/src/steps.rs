@@ -27,6 +27,9 @@ const LEAST_NEAR_MM: f64 = 5.0;
 /// For how long hands rest where they are to be before a step is done, s: our choice, long enough for who passes by.
 const REST_S: f64 = 0.2;
 
+/// Whoever is to turn in place and is blind goes back to where the step began, if that is further than this, mm: our choice.
+const STRAYED_MM: f32 = 3.0;
+
 /// One step of an exercise.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -46,9 +49,9 @@ pub struct Step {
     #[serde(default)]
     #[schemars(extend("minimum" = LEAST_NEAR_MM))]
     pub near_marked_mm: Option<f64>,
-    /// What is done counts only while the lens sees so far in the middle of its picture, mm, above 0 and at most 45: whoever works
-    /// blind is told so. 3 is less than what a lens sees in a urethra that lies open before it, 4 to 10, and more than one that lies on
-    /// tissue does, 2 at most.
+    /// What is done counts only while the lens sees so far somewhere in its picture, in the middle or half way to the rim, mm, above 0
+    /// and at most 45: whoever works blind is told so. 3 is less than what a lens sees in a urethra that lies open before it, 4 to 10,
+    /// and more than one that lies on tissue does, 2 at most.
     #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = FAR_MM))]
     pub seeing_mm: Option<f64>,
@@ -66,6 +69,10 @@ pub struct StepProgress {
     pub away: Option<Vec3>,
     /// Whether the lens sees less far than the step asks for, so that nothing counts.
     pub is_blind: bool,
+    /// Whether the loop or the roll is where the step wants it, and the hands have yet to come to rest there.
+    pub is_there: bool,
+    /// The way back to where the step began, for whoever is blind in one that is done by turning in place and has left the place.
+    pub back: Option<InstrumentAction>,
     from: Option<Moment>,
     /// What was so in the fixed step before.
     before: Option<Moment>,
@@ -97,10 +104,14 @@ impl StepProgress {
         let before = self.before.replace(now).unwrap_or(now);
         let near_mm = step.near_marked_mm.unwrap_or(f64::INFINITY);
         self.away = (observed.marked_way).filter(|way| f64::from(way.length()) > near_mm);
-        self.is_blind = (step.seeing_mm.zip(observed.ahead_mm)).is_some_and(|(least_mm, mm)| mm < least_mm);
+        self.is_blind = (step.seeing_mm.zip(observed.sees_mm)).is_some_and(|(least_mm, mm)| mm < least_mm);
+        (self.is_there, self.back) = (false, None);
         if self.away.is_some() || self.is_blind {
             from.pass_over(&before, &now);
             (self.held_s, self.rest_s) = (0.0, 0.0);
+            if self.is_blind && step.until.is_done_in_place() {
+                self.back = now.back_to(from, STRAYED_MM);
+            }
             return;
         }
         step.until.begin_further_back(from, &now);
@@ -121,6 +132,8 @@ impl StepProgress {
             self.done_at_s.push(metrics.elapsed_s());
             self.from = Some(now);
             (self.share, self.held_s, self.rest_s) = (0.0, 0.0, 0.0);
+        } else {
+            self.is_there = is_there;
         }
     }
 }
@@ -266,6 +279,8 @@ mod tests {
         assert_eq!(done(&drawn), 0);
         let rests = [19.0, 20.0, 20.0, 20.1].map(|mm| loop_at(mm, 40.0));
         assert_eq!(done(&rests[..3]), 0);
+        let is_there = |observed: &[StepObservation]| run(&out, observed.iter().cloned()).is_there;
+        assert!(is_there(&passes) && is_there(&rests[..3]) && !is_there(&rests) && !is_there(&passes[..2]));
         assert_eq!(done(&rests), 1);
         let swings = [-30.0, -4.0, 8.0, 4.0, -2.0].map(|roll_deg| with(InstrumentState { roll_deg, ..default() }));
         assert_eq!(run(&[step(Trigger::Upright { deg: 5.0 })], swings).done_at_s.len(), 0);
@@ -396,8 +411,8 @@ mod tests {
             seeing_mm: Some(6.0),
             ..step(until)
         };
-        let at = |insertion_mm, ahead_mm: f64| StepObservation {
-            ahead_mm: Some(ahead_mm),
+        let at = |insertion_mm, sees_mm: f64| StepObservation {
+            sees_mm: Some(sees_mm),
             ..with(InstrumentState {
                 insertion_mm,
                 ..default()
@@ -408,9 +423,9 @@ mod tests {
         assert!(progress.done_at_s.is_empty() && progress.is_blind);
         let progress = run(&advance, [at(20.0, 9.0), at(31.0, 1.0), at(31.0, 7.0)]);
         assert!(progress.done_at_s.len() == 1 && !progress.is_blind);
-        let burn = |ahead_mm| StepObservation {
+        let burn = |sees_mm| StepObservation {
             current_in_tissue: true,
-            ahead_mm: Some(ahead_mm),
+            sees_mm: Some(sees_mm),
             ..with(InstrumentState {
                 stroke_mm: 5.0,
                 coagulate: true,
@@ -421,6 +436,31 @@ mod tests {
         let done = |observed: &[StepObservation]| run(&burning, observed.iter().cloned()).done_at_s.len();
         assert_eq!(done(&[at(20.0, 9.0), burn(2.0), at(20.0, 9.0)]), 0);
         assert_eq!(done(&[at(20.0, 9.0), burn(9.0)]), 1);
+    }
+
+    #[test]
+    fn whoever_is_blind_where_they_are_to_turn_is_led_back_to_where_the_step_began() {
+        let raise = Step {
+            seeing_mm: Some(3.0),
+            ..step(Trigger::TipRaised { deg: 5.0 })
+        };
+        let at = |insertion_mm, sees_mm: f64| StepObservation {
+            sees_mm: Some(sees_mm),
+            ..with(InstrumentState {
+                insertion_mm,
+                ..default()
+            })
+        };
+        let led = |observed: [StepObservation; 2]| run(std::slice::from_ref(&raise), observed).back;
+        assert_eq!(led([at(20.0, 9.0), at(10.0, 1.0)]), Some(InstrumentAction::Advance));
+        assert_eq!(led([at(20.0, 9.0), at(30.0, 1.0)]), Some(InstrumentAction::Withdraw));
+        assert_eq!(led([at(20.0, 9.0), at(18.0, 1.0)]), None, "the place itself");
+        assert_eq!(led([at(20.0, 9.0), at(10.0, 9.0)]), None, "it sees");
+        let advance = [Step {
+            seeing_mm: Some(3.0),
+            ..step(Trigger::Advanced { mm: 10.0 })
+        }];
+        assert_eq!(run(&advance, [at(20.0, 9.0), at(10.0, 1.0)]).back, None, "a way");
     }
 
     #[test]

@@ -265,6 +265,12 @@ impl Trigger {
         }
     }
 
+    /// Whether it asks for a turn alone, where the sheath is.
+    pub(crate) fn is_done_in_place(&self) -> bool {
+        use Trigger::{Rolled, Tilted, TipRaised, Upright};
+        matches!(self, Rolled { .. } | Tilted { .. } | TipRaised { .. } | Upright { .. })
+    }
+
     /// Moves the beginning of a way that is counted in one sense to where it would be longest.
     pub(crate) fn begin_further_back(&self, from: &mut Moment, now: &Moment) {
         let (was, is) = (&mut from.instrument, &now.instrument);
@@ -393,6 +399,17 @@ impl Moment {
         self.time_s += now.time_s - before.time_s;
         self.removed_g += now.removed_g - before.removed_g;
         self.coagulated_s += now.coagulated_s - before.coagulated_s;
+    }
+
+    /// How the sheath goes back to where it was; none where it is no further from there than `near_mm`.
+    pub fn back_to(&self, before: &Self, near_mm: f32) -> Option<InstrumentAction> {
+        let deeper_mm = self.instrument.insertion_mm - before.instrument.insertion_mm;
+        let back = if deeper_mm > 0.0 {
+            InstrumentAction::Withdraw
+        } else {
+            InstrumentAction::Advance
+        };
+        (deeper_mm.abs() > near_mm).then_some(back)
     }
 
     /// What a step that waits for `trigger` looks at.

@@ -26,6 +26,8 @@ const SIZE: f32 = 17.0;
 #[derive(Resource, Debug, Default)]
 pub struct OnTissue {
     blind_s: f32,
+    /// The way back to where a step is to be done.
+    back: Option<InstrumentAction>,
     turn: Option<InstrumentAction>,
     /// Whether the tip is below the verumontanum: whoever draws back there comes to the sphincter.
     is_low: bool,
@@ -40,6 +42,9 @@ impl OnTissue {
     /// What leads the lens away from tissue.
     pub fn ways_out(&self) -> Vec<InstrumentAction> {
         use InstrumentAction::{TipDown, TipUp, Withdraw};
+        if let Some(back) = self.back {
+            return vec![back];
+        }
         match (self.turn, self.is_low) {
             (Some(turn), true) => vec![turn],
             (Some(turn), false) => vec![Withdraw, turn],
@@ -72,6 +77,7 @@ pub fn notice(
     } else if !(state.cut || state.coagulate) {
         on.blind_s += time.delta_secs();
     }
+    on.back = progress.back;
     let tip = scope.tip(state);
     on.is_low = (active.case.landmarks.verumontanum).is_some_and(|place| f64::from(tip.z) < place.z);
     // A side that sees may be a fold: it is asked only where the urethra lies straight ahead, or there is none.
@@ -137,11 +143,14 @@ pub fn show(painter: &Painter, view: Rect, on: &OnTissue, opacity: f32) {
         InstrumentAction::TipDown => "lower the tip",
         _ => "raise the tip",
     });
-    let words = match (turn, on.is_low) {
-        (Some(turn), true) => format!("The lens lies on tissue: {turn}"),
-        (Some(turn), false) => format!("The lens lies on tissue: draw back, or {turn}"),
-        (None, _) => "The lens lies on tissue: draw back".to_owned(),
+    let out = match (on.back, turn, on.is_low) {
+        (Some(InstrumentAction::Advance), ..) => "advance again to where this step began".to_owned(),
+        (Some(_), ..) => "draw back to where this step began".to_owned(),
+        (None, Some(turn), true) => turn.to_owned(),
+        (None, Some(turn), false) => format!("draw back, or {turn}"),
+        (None, None, _) => "draw back".to_owned(),
     };
+    let words = format!("The lens lies on tissue: {out}");
     let at = view.center_top() + bevy_egui::egui::vec2(0.0, HEIGHT * view.height());
     let colour = palette::TEXT.gamma_multiply(opacity);
     shadowed(painter, at, Align2::CENTER_CENTER, &words, SIZE, colour);

@@ -44,8 +44,8 @@ pub struct StepObservation {
     /// The way from the loop's wire to the nearest middle of a marked pentahedron that is left, mm: right, up and back as the sheath
     /// is held. None in a step that counts anywhere, and where nothing marked is left.
     pub marked_way: Option<Vec3>,
-    /// How far the lens sees in the middle of its picture, mm, 45 at most. None in a step that counts for the blind, too.
-    pub ahead_mm: Option<f64>,
+    /// How far the lens sees where it sees furthest, mm, 45 at most. None in a step that counts for the blind, too.
+    pub sees_mm: Option<f64>,
     /// Blood and water.
     pub water: WaterStep,
     /// Where the cut tissue is, where it floats.
