@@ -25,6 +25,9 @@ use crate::view::EndoscopeCamera;
 const TOLD_S: f32 = 1.6;
 /// A current that has met no vessel for so long is told so, s: a wire that is brought onto one meets it by then.
 const IN_VAIN_S: f32 = 0.4;
+/// What a current is about to close is told for so long beyond the last step in which it was, s: a loop that is held on tissue comes off
+/// it for single steps.
+const LINGERS_S: f32 = 0.15;
 /// A cut that has met no tissue for so long is told so, s: the loop is sunk in by then.
 const CUTS_NOTHING_S: f32 = 0.8;
 /// A current in vain is told where a vessel is that is no further from the wire than this, mm.
@@ -45,8 +48,8 @@ pub fn plugin(app: &mut App) {
 struct Closing {
     /// For how long it is still told that one is closed, s.
     told_s: f32,
-    /// Whether one is under the loop and on its way to be closed.
-    is_under_way: bool,
+    /// For how long it is still told that one is under the loop and on its way to be closed, s.
+    under_way_s: f32,
     /// For how long the current has met none while some bleed, or has flowed into a loop that is drawn in, s.
     in_vain_s: f32,
     /// For how long the cutting current has met no tissue, or has flowed into a loop that is drawn in, s.
@@ -74,9 +77,26 @@ pub fn beside<'a>(
 }
 
 impl Closing {
+    /// For how long a vessel is still told to be under way, and for how long the current has been in vain, after `seconds` more, s.
+    /// Whoever slips off one is told at once: where the loop lies they can't see under it.
+    fn followed_by(&self, is_under_way: bool, is_in_vain: bool, seconds: f32) -> (f32, f32) {
+        let lingers_s = (self.under_way_s - seconds).max(0.0);
+        let under_way_s = match is_under_way {
+            true => LINGERS_S,
+            false if is_in_vain => lingers_s,
+            false => 0.0,
+        };
+        let before_s = if self.under_way_s > 0.0 {
+            IN_VAIN_S
+        } else {
+            self.in_vain_s
+        };
+        (under_way_s, if is_in_vain { before_s + seconds } else { 0.0 })
+    }
+
     /// The words, and their colour.
     fn words(&self) -> Option<(String, Color32)> {
-        if self.is_under_way {
+        if self.under_way_s > 0.0 {
             Some(("Closing a vessel: hold it there".into(), palette::GOOD))
         } else if self.told_s > 0.0 {
             Some(("Vessel closed".into(), palette::GOOD))
@@ -148,14 +168,15 @@ fn notice(
         && !is_under_way
         && !is_closed
         && (is_drawn_in || !is_about_tissue && vessels.open().next().is_some());
+    let (under_way_s, in_vain_s) = closing.followed_by(is_under_way, is_in_vain, time.delta_secs());
     let now = Closing {
         told_s: if is_closed {
             TOLD_S
         } else {
             (closing.told_s - time.delta_secs()).max(0.0)
         },
-        is_under_way,
-        in_vain_s: so_far(is_in_vain, closing.in_vain_s),
+        under_way_s,
+        in_vain_s,
         cuts_nothing_s,
         is_drawn_in,
         touches,
@@ -231,7 +252,7 @@ mod tests {
 
         let closing = |is_under_way, told_s, in_vain_s| Closing {
             told_s,
-            is_under_way,
+            under_way_s: if is_under_way { LINGERS_S } else { 0.0 },
             in_vain_s,
             cuts_nothing_s: 0.0,
             is_drawn_in: false,
@@ -247,6 +268,31 @@ mod tests {
             ..closing(false, 0.0, 1.0)
         };
         assert_eq!(in_water.words().unwrap().0, "The loop touches no tissue");
+    }
+
+    #[test]
+    fn whoever_slips_off_a_vessel_is_told_at_once_and_a_loop_that_chatters_on_it_is_not() {
+        let step_s = 1.0 / 60.0;
+        let told = |steps: &[(bool, bool)]| {
+            let mut closing = Closing {
+                touches: true,
+                ..default()
+            };
+            for &(is_under_way, is_in_vain) in steps {
+                let (under_way_s, in_vain_s) = closing.followed_by(is_under_way, is_in_vain, step_s);
+                (closing.under_way_s, closing.in_vain_s) = (under_way_s, in_vain_s);
+            }
+            closing.words().map(|words| words.0)
+        };
+        let (on, off, released) = ((true, false), (false, true), (false, false));
+        let closing = Some("Closing a vessel: hold it there".to_owned());
+        assert_eq!(told(&[on, on]), closing);
+        assert_eq!(told(&[on, off, on, off]), closing);
+        let slipped = [[on].as_slice(), &[off; 10]].concat();
+        assert_eq!(told(&slipped).as_deref(), Some("No bleeding vessel under the loop"));
+        assert_eq!(told(&[on, released]), None);
+        // Whoever has only just begun is on the way to one.
+        assert_eq!(told(&[off; 10]), None);
     }
 
     #[test]

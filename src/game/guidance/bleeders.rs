@@ -2,7 +2,7 @@
 //! closed next is told wherever it is, others where they are seen. Where the loop lies on one this is told before a current flows: to
 //! find out by a current burns tissue.
 
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, iter};
 
 use bevy::prelude::*;
 use resecta_fluid::{Circulation, OpenVessel, VesselKind, Vessels};
@@ -20,6 +20,8 @@ use crate::view::ViewSystems;
 /// A vessel as urgent as the one that is marked takes its place where it is nearer to the lens by this, mm: between two alike the mark is
 /// not to jump to and fro.
 const NEARER_MM: f32 = 4.0;
+/// Whoever has brought the loop so near to the vessel that is marked, mm, is about to close it: no other takes its mark.
+const AT_HAND_MM: f32 = 6.0;
 
 pub fn plugin(app: &mut App) {
     app.init_resource::<Bleeders>()
@@ -106,7 +108,13 @@ fn look(
     // Under a current in vain the one that words below the picture speak of.
     let coagulates = state.coagulate && !state.cut;
     let at_wire = coagulates.then(|| beside(scope, state, vessels)).flatten();
+    let is_at_hand = |vessel: &OpenVessel| {
+        let way = scope.way_from_wire(state, iter::once(vessel.place));
+        way.is_some_and(|way| way.length() <= AT_HAND_MM) && !ResectoscopeGeometry::is_drawn_in(state.stroke_mm)
+    };
+    let at_hand = vessels.open().find(|vessel| marked == Some(vessel.index));
     let next = (under_loop.or(at_wire.map(|(vessel, _)| vessel)))
+        .or(at_hand.filter(is_at_hand))
         .or_else(|| most_urgent(vessels.open(), lens.translation.into(), marked, is_in_field));
     let share = |vessel: &OpenVessel| (vessel.dwell_s / current.coagulation_dwell_s.max(f64::EPSILON)).min(1.0) as f32;
     bleeders.next = next.map(|vessel| Bleeder {
@@ -298,6 +306,54 @@ mod tests {
             assert_eq!(next.closed, is_under.then_some(0.0), "{loop_in_tissue} {stroke_mm}");
             assert!(!is_under || next.index == index);
         }
+    }
+
+    #[test]
+    fn a_vessel_at_hand_keeps_its_mark_whatever_is_more_urgent_elsewhere() {
+        let mut trial = Trial::new(());
+        trial.start("haemostasis").unwrap();
+        trial.steps(2);
+        let (tissue, tool) = (trial.active().tissue, trial.active().instrument);
+        let world = trial.app.world_mut();
+        world.init_resource::<Bleeders>();
+        world.insert_resource(Shown {
+            parts: Parts::ALL,
+            told_s: 0.0,
+        });
+        let open = world.get::<Vessels>(tissue).unwrap().open();
+        let all: Vec<(usize, Vec3)> = open.map(|vessel| (vessel.index, vessel.place)).collect();
+        let scope = world.get::<Resectoscope>(tool).unwrap().clone();
+        // Wherever the sheath goes, some vessel that is not the most urgent one is at hand somewhere, with the loop out.
+        let grid = (20..60).step_by(2).flat_map(|insertion| {
+            (-30..10).step_by(2).map(move |pitch| InstrumentState {
+                insertion_mm: insertion as f32,
+                pitch_deg: pitch as f32,
+                stroke_mm: 12.0,
+                ..default()
+            })
+        });
+        let mut tried = 0;
+        for state in grid {
+            world.entity_mut(tool).insert(state);
+            world.resource_mut::<Bleeders>().next = None;
+            world.run_system_once(look).unwrap();
+            let urgent = world.resource::<Bleeders>().next.unwrap();
+            for &(index, place) in all.iter().filter(|(index, _)| *index != urgent.index) {
+                let far_mm = scope.way_from_wire(&state, iter::once(place)).unwrap().length();
+                let marked = Bleeder { index, ..urgent };
+                for stroke_mm in [12.0, 0.0] {
+                    world.entity_mut(tool).insert(InstrumentState { stroke_mm, ..state });
+                    world.resource_mut::<Bleeders>().next = Some(marked);
+                    world.run_system_once(look).unwrap();
+                    let next = world.resource::<Bleeders>().next.unwrap().index;
+                    if stroke_mm > 0.0 && far_mm <= AT_HAND_MM {
+                        assert_eq!(next, index, "{far_mm} mm from the wire");
+                        tried += 1;
+                    }
+                }
+            }
+        }
+        assert!(tried > 0, "no vessel was at hand");
     }
 
     #[test]
