@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use bevy::prelude::World;
 use plotters::prelude::*;
-use resecta_scenario::{ActiveExercise, CutMap, LogSample, Medal, MetricId, Report, RunLog, advice};
+use resecta_scenario::{ActiveExercise, Advice, CutMap, LogSample, Medal, MetricId, Report, RunLog, advice};
 use resecta_tissue::Tissue;
 
 use crate::key_pictures::KeyPicture;
@@ -73,7 +73,7 @@ const CURVES: [Curve; 4] = [
 ];
 
 /// The page of a run: its score line by line, what to do better, pictures of key moments where there are any, its course, what was cut, every metric and the settings.
-pub fn page(report: &Report, log: &RunLog, map: &CutMap, advice: &[&str], pictures: &[KeyPicture]) -> String {
+pub fn page(report: &Report, log: &RunLog, map: &CutMap, advice: &[Advice], pictures: &[KeyPicture]) -> String {
     let mut html = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}: report of a run</title>\
          <style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n",
@@ -85,7 +85,10 @@ pub fn page(report: &Report, log: &RunLog, map: &CutMap, advice: &[&str], pictur
     if !advice.is_empty() {
         let sentences: String = advice
             .iter()
-            .map(|said| format!("<li>{}</li>", escaped(said)))
+            .map(|said| {
+                let cost = said.cost().map(|cost| format!("<br><small>{}</small>", escaped(&cost)));
+                format!("<li>{}{}</li>", escaped(said.sentence), cost.unwrap_or_default())
+            })
             .collect();
         write!(html, "<h2>What to do better</h2>\n<ul>{sentences}</ul>\n").ok();
     }

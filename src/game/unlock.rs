@@ -84,6 +84,15 @@ impl Catalogue {
         titles
     }
 
+    /// Which level medals in this exercise help to open, and what it still lacks; none once it is open.
+    pub fn still_closed(&self, exercise: &str, history: &History, all_open: bool) -> Option<(&str, Lock)> {
+        let mut locked = self.entries.iter().filter_map(|entry| {
+            let lock = self.lock(entry, history, all_open)?;
+            Some((entry.level.as_deref()?, lock))
+        });
+        locked.find(|(_, lock)| lock.opens.exercises.iter().any(|name| name == exercise))
+    }
+
     /// The best medal that the trainee has for an exercise: what a run earned when it was played, or earns by today's pars.
     pub fn medal(&self, exercise: &str, history: &History) -> Option<Medal> {
         self.medal_of(exercise, history.of_exercise(exercise))
@@ -180,7 +189,14 @@ mod tests {
         assert!(opened(&history, "orientation").is_empty(), "one of two");
         history.add_played("tutorial", 0.0);
         assert!(opened(&history, "tutorial").is_empty(), "no medal");
+        let closed = |history: &History| {
+            let closed = catalogue.still_closed("tutorial", history, false);
+            closed.map(|(level, lock)| format!("{level}: {lock}"))
+        };
+        let words = "Parts of an operation: Opens with bronze in 2 exercises of “First steps” (1 so far)";
+        assert_eq!(closed(&history).as_deref(), Some(words));
         history.add_medal("tutorial", Medal::Bronze);
+        assert_eq!(closed(&history), None);
         assert_eq!(opened(&history, "tutorial"), ["Parts of an operation"]);
         assert!(catalogue.opened_by_last("tutorial", &history, true).is_empty());
         history.add_medal("tutorial", Medal::Gold);

@@ -157,10 +157,30 @@ fn sentence(told: MetricId, card: &ScoreCard) -> Option<&'static str> {
     }
 }
 
+/// What to do better, and what it was about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Advice {
+    /// A whole sentence.
+    pub sentence: &'static str,
+    /// What it is about.
+    pub metric: MetricId,
+    /// Points that lines lost by it; 0 for harm that no line scores.
+    pub lost: f64,
+}
+
+impl Advice {
+    /// What it cost, in words; none where it cost nothing to speak of.
+    pub fn cost(&self) -> Option<String> {
+        let points = self.lost.round();
+        let unit = if points == 1.0 { "point" } else { "points" };
+        (points >= 1.0).then(|| format!("{}: {points:.0} {unit} lost", self.metric.info().title))
+    }
+}
+
 /// At most `most` sentences: for harm that was done, then for what lost most points, the dearest first; none for lines that lost
 /// nothing to speak of. What a line lost because something else was not done counts for that. A metric that the table lacks
 /// is passed over.
-pub fn advice(card: &ScoreCard, metrics: &Metrics, most: usize) -> Vec<&'static str> {
+pub fn advice(card: &ScoreCard, metrics: &Metrics, most: usize) -> Vec<Advice> {
     let mut lost: Vec<(MetricId, f64)> = Vec::new();
     for line in &card.lines {
         let points = line.out_of - line.points;
@@ -180,12 +200,18 @@ pub fn advice(card: &ScoreCard, metrics: &Metrics, most: usize) -> Vec<&'static 
         lines.any(|line| line.waits_for.is_none() && line.out_of - line.points <= FINE * line.out_of)
     };
     let harm = (HARM.into_iter()).filter(|metric| metrics.value(*metric) > 0.0 && !is_forgiven(metric));
-    let mut said = Vec::new();
-    for told in harm.chain(lost.into_iter().map(|(metric, _)| metric)) {
-        if let Some(sentence) = sentence(told, card)
-            && !said.contains(&sentence)
+    let lost_by = |metric| {
+        lost.iter()
+            .find(|(other, _)| *other == metric)
+            .map_or(0.0, |(_, points)| *points)
+    };
+    let mut said: Vec<Advice> = Vec::new();
+    for metric in harm.chain(lost.iter().map(|(metric, _)| *metric)) {
+        if let Some(sentence) = sentence(metric, card)
+            && said.iter().all(|other| other.sentence != sentence)
         {
-            said.push(sentence);
+            let lost = lost_by(metric);
+            said.push(Advice { sentence, metric, lost });
         }
     }
     said.truncate(most);
@@ -238,7 +264,11 @@ mod tests {
         };
         let said = advice(&card, &Metrics::default(), 3);
         assert_eq!(said.len(), 2);
-        assert!(said[0].contains("vessel") && said[1].contains("strokes"), "{said:?}");
+        assert!(
+            said[0].sentence.contains("vessel") && said[1].sentence.contains("strokes"),
+            "{said:?}"
+        );
+        assert_eq!(said[0].cost().as_deref(), Some("Blood lost: 25 points lost"));
         assert_eq!(advice(&card, &Metrics::default(), 1), said[..1]);
     }
 
@@ -248,9 +278,13 @@ mod tests {
             lines: vec![line(MetricId::Elapsed, 0.0, 15.0)],
             ..Default::default()
         };
-        assert_eq!(advice(&card, &Metrics::default(), 3), [SLOW]);
+        assert_eq!(advice(&card, &Metrics::default(), 3)[0].sentence, SLOW);
         card.lines.push(line(MetricId::RemovedMass, 10.0, 10.0));
-        assert!(advice(&card, &Metrics::default(), 3)[0].contains("full strokes"));
+        assert!(
+            advice(&card, &Metrics::default(), 3)[0]
+                .sentence
+                .contains("full strokes")
+        );
     }
 
     #[test]
@@ -274,7 +308,11 @@ mod tests {
         };
         let said = advice(&card, &Metrics::default(), 3);
         assert_eq!(said.len(), 2);
-        assert!(said[0].contains("adenoma") && said[1].contains("strokes"), "{said:?}");
+        assert!(
+            said[0].sentence.contains("adenoma") && said[1].sentence.contains("strokes"),
+            "{said:?}"
+        );
+        assert_eq!(said[0].lost, 30.0, "what waits for it counts for it");
     }
 
     #[test]
@@ -297,13 +335,16 @@ mod tests {
         };
         let said = advice(&card, &metrics, 3);
         assert!(
-            said.len() == 2 && said[0].contains("capsule") && said[1].contains("dye"),
+            said.len() == 2 && said[0].sentence.contains("capsule") && said[1].sentence.contains("dye"),
             "{said:?}"
         );
 
         card.lines.clear();
         let said = advice(&card, &metrics, 3);
-        assert!(said.len() == 1 && said[0].contains("capsule"), "{said:?}");
+        assert!(
+            said.len() == 1 && said[0].sentence.contains("capsule") && said[0].cost().is_none(),
+            "{said:?}"
+        );
         // A line that scores it has lost nothing.
         card.lines.push(line(MetricId::CapsuleTouches, 10.0, 10.0));
         assert!(advice(&card, &metrics, 3).is_empty());

@@ -91,7 +91,7 @@ mod walls;
 mod water;
 
 pub use active::{ActiveExercise, spawn_exercise};
-pub use advice::advice;
+pub use advice::{Advice, advice};
 pub use begun::{Begun, Trench};
 pub use clearance::LoopClearance;
 pub use curriculum::{Curriculum, Level, Needs};

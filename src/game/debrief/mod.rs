@@ -117,11 +117,11 @@ fn show(
     }
     let context = contexts.ctx_mut()?;
     menu::full_screen(context, "debriefing", palette::GROUND, |ui| {
-        let opened = match flow.watches {
+        let levels = match flow.watches {
             true => Vec::new(),
-            false => catalogue.opened_by_last(&active.name, &history, kept.all_open),
+            false => levels(&catalogue, &active.name, &history, kept.all_open),
         };
-        header(ui, &active, reason, (&card, &metrics), &opened);
+        header(ui, &active, reason, (&card, &metrics), levels);
         ui.add_space(4.0);
         ui.horizontal(|ui| {
             // Nothing was to be cut and nothing was: a map of that tells nothing.
@@ -200,13 +200,26 @@ fn save_report(ui: &mut Ui, debriefing: &mut Debriefing) {
     }
 }
 
-/// How it ended, the total, and which levels it opened.
+/// Which levels the last run opened, and what the next one still lacks.
+fn levels(catalogue: &Catalogue, exercise: &str, history: &History, all_open: bool) -> Vec<RichText> {
+    let opened = catalogue.opened_by_last(exercise, history, all_open).into_iter();
+    let opened = opened.map(|level| {
+        let words = format!("This run opens “{level}” in the list of exercises.");
+        RichText::new(words).size(15.5).color(palette::GOOD)
+    });
+    let closed = catalogue.still_closed(exercise, history, all_open);
+    let closed =
+        closed.map(|(level, lock)| RichText::new(format!("Next level, “{level}”. {lock}.")).color(palette::WEAK));
+    opened.chain(closed).collect()
+}
+
+/// How it ended, the total, and what it means for the levels.
 fn header(
     ui: &mut Ui,
     active: &ActiveExercise,
     reason: EndReason,
     (card, metrics): (&ScoreCard, &Metrics),
-    opened: &[&str],
+    levels: Vec<RichText>,
 ) {
     let (headline, colour) = match reason {
         EndReason::GoalsReached => ("Every goal reached", palette::GOOD),
@@ -230,9 +243,8 @@ fn header(
             } else {
                 format!("In {time}")
             });
-            for level in opened {
-                let words = format!("This run opens “{level}” in the list of exercises.");
-                ui.label(RichText::new(words).size(15.5).color(palette::GOOD));
+            for level in levels {
+                ui.label(level);
             }
         });
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -253,11 +265,20 @@ fn header(
     });
 }
 
-/// The medal of the total, or what the least takes.
+/// The medal of the total and what the next better one takes, or what the least takes.
 fn medal(ui: &mut Ui, card: &ScoreCard) {
     let words = |words: String, colour| RichText::new(words).size(20.0).strong().color(colour);
+    let next_best = |earned: Medal| {
+        let pars = card.pars.as_ref()?;
+        let better = Medal::ALL.into_iter().find(|medal| *medal > earned)?;
+        Some(format!("{} from {:.0}", better.name(), pars.of(better)))
+    };
     match (card.medal, card.harm, &card.pars) {
         (Some(medal), ..) => {
+            if let Some(next_best) = next_best(medal) {
+                ui.label(RichText::new(next_best).size(15.0).color(palette::WEAK));
+                ui.add_space(10.0);
+            }
             ui.label(words(medal.name().into(), palette::medal(medal)));
             let radius = 13.0;
             let (area, _) = ui.allocate_exact_size(egui::Vec2::splat(2.0 * radius), egui::Sense::hover());

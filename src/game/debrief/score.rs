@@ -44,8 +44,9 @@ pub fn show(
                 ui.label(RichText::new(note).size(14.0).color(palette::CAREFUL));
             }
             ui.add_space(6.0);
-            let note = "The exercise file states what a line is worth. The medal of the run is that of all points together; those of \
-                            lines earn none. Point at a line for what it measures, what earns points and where that comes from.";
+            let note = "The exercise file states what a line is worth. Bronze, silver and gold beside a line say how good its value \
+                        is; the medal of the run goes by all points together. Point at a line for what it measures, what earns points \
+                        and where that comes from.";
             ui.label(RichText::new(note).size(12.5).color(palette::WEAK));
             ui.add_space(6.0);
             let has_room = Views::within(ui.available_size(), kept.len()).side >= LEAST_BELOW_LINES;
@@ -69,8 +70,12 @@ pub fn show(
                         };
                         ui.label(format!("Nothing lost points to speak of. {next}"));
                     }
-                    for (number, sentence) in said.iter().enumerate() {
-                        ui.label(RichText::new(format!("{}. {sentence}", number + 1)).size(15.5));
+                    for (number, advice) in said.iter().enumerate() {
+                        let words = format!("{}. {}", number + 1, advice.sentence);
+                        ui.label(RichText::new(words).size(15.5));
+                        if let Some(cost) = advice.cost() {
+                            ui.label(RichText::new(cost).size(12.5).color(palette::WEAK));
+                        }
                     }
                 });
                 ui.add_space(8.0);
