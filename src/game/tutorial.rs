@@ -53,10 +53,10 @@ struct JustDone {
 impl JustDone {
     fn words(&self, next: usize, all: usize) -> String {
         let (first, last) = (self.steps + 1 - self.told, self.steps);
-        let done = if first < last {
-            format!("✔ Steps {first} to {last} done")
-        } else {
-            format!("✔ Step {last} done")
+        let done = match last - first {
+            0 => format!("✔ Step {last} done"),
+            1 => format!("✔ Steps {first} and {last} done"),
+            _ => format!("✔ Steps {first} to {last} done"),
         };
         format!("{done}. Now step {next} of {all}")
     }
@@ -278,7 +278,8 @@ mod tests {
             done.words(steps + 1, 5)
         };
         assert_eq!(told(2, 1), "✔ Step 2 done. Now step 3 of 5");
-        assert_eq!(told(3, 2), "✔ Steps 2 to 3 done. Now step 4 of 5");
+        assert_eq!(told(3, 2), "✔ Steps 2 and 3 done. Now step 4 of 5");
+        assert_eq!(told(4, 3), "✔ Steps 2 to 4 done. Now step 5 of 5");
     }
 
     #[test]
