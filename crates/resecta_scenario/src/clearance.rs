@@ -77,10 +77,7 @@ const ABOUT_MM: [f32; 2] = [3.0, 10.0];
 fn nodes_about(tissue: &resecta_solver::Tissue, line: &[Vec3]) -> Vec<u32> {
     let middle = line.iter().sum::<Vec3>() / line.len().max(1) as f32;
     let radius = line.iter().map(|point| point.distance(middle)).fold(0.0, f32::max);
-    let reach = (radius + ABOUT_MM[1]).powi(2);
-    let is_near = |node: &u32| tissue.position(*node).distance_squared(middle) < reach;
-    let nodes = (0..tissue.node_count() as u32).filter(is_near);
-    nodes.filter(|&node| tissue.is_node_alive(node)).collect()
+    tissue.nodes_within(middle, radius + ABOUT_MM[1])
 }
 
 /// How far the tissue about a point has been pushed upwards along the axis, mm, as the nearest of some nodes was.

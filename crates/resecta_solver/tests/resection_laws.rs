@@ -49,6 +49,29 @@ fn mass_is_density_times_volume_before_and_after_a_cut() {
 }
 
 #[test]
+fn nodes_about_a_point_are_those_that_live_and_are_no_further() {
+    let mut tissue = tube(12.0, ShearResistance::Diagonals);
+    let near = tissue.pentahedra_near(0, 5.0);
+    tissue.resect(&near, None);
+    let all: Vec<u32> = (0..tissue.node_count() as u32)
+        .filter(|&node| tissue.is_node_alive(node))
+        .collect();
+    assert!(all.len() < tissue.node_count(), "some are gone");
+    for (point, radius_mm) in [
+        (tissue.position(0), 6.0),
+        (tissue.position(900) + Vec3::new(0.3, -0.2, 0.1), 3.0),
+        (Vec3::splat(1e4), 10.0),
+        (Vec3::NAN, 10.0),
+    ] {
+        let far = |node: &u32| tissue.position(*node).distance(point);
+        let within: Vec<u32> = all.iter().copied().filter(|node| far(node) <= radius_mm).collect();
+        assert_eq!(tissue.nodes_within(point, radius_mm), within, "{point}");
+        let nearest = within.iter().copied().min_by(|a, b| far(a).total_cmp(&far(b)));
+        assert_eq!(tissue.nearest_node(point, radius_mm), nearest, "{point}");
+    }
+}
+
+#[test]
 fn the_enclosed_volume_falls_by_what_a_cut_says_it_removed_even_in_deformed_tissue() {
     let mut tissue = tube(12.0, ShearResistance::Diagonals);
     for node in 0..200 {

@@ -134,13 +134,14 @@ impl Seen {
     }
 }
 
+/// However stretched, tissue has a node so near to every place of its surface, mm; at rest they lie some 2 mm apart.
+const STRETCHED_MM: f32 = 10.0;
+
 /// What the tissue at a place of its surface is called.
 fn name_of(active: &ActiveExercise, tissue: &Tissue, place: Vec3) -> &'static str {
     let solver = tissue.solver();
     // By way of the nearest node: there are fewer, and to measure to a pentahedron takes six.
-    let nodes = (0..solver.node_count() as u32).filter(|&node| solver.is_node_alive(node));
-    let node_far = |node: u32| solver.position(node).distance_squared(place);
-    let node = nodes.min_by(|&a, &b| node_far(a).total_cmp(&node_far(b)));
+    let node = solver.nearest_node(place, STRETCHED_MM);
     let around = node.into_iter().flat_map(|node| solver.pentahedra_around(node));
     let far = |pentahedron: u32| solver.centroid(pentahedron).distance_squared(place);
     let Some(nearest) = around.min_by(|&a, &b| far(a).total_cmp(&far(b))) else {
