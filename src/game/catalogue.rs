@@ -161,15 +161,17 @@ impl Catalogue {
         self.selected = place.unwrap_or(self.selected);
     }
 
-    /// Looks at the one that follows the one of this name in the curriculum or in its mod; at that one itself where none does.
+    /// The one that follows the one of this name in the curriculum or in its mod.
+    pub fn after(&self, name: &str) -> Option<&Entry> {
+        let place = self.entries.iter().position(|entry| entry.loaded.name == name)?;
+        let (present, next) = (self.entries.get(place)?, self.entries.get(place + 1)?);
+        (next.level.is_some() && next.of_mod == present.of_mod).then_some(next)
+    }
+
+    /// Looks at the one that follows the one of this name; at that one itself where none does.
     pub fn select_after(&mut self, name: &str) {
-        self.select(name);
-        let of_mod = |entry: &Entry| entry.of_mod.clone();
-        let present = self.entries.get(self.selected).map(of_mod);
-        let next = self.entries.get(self.selected + 1);
-        if next.is_some_and(|next| next.level.is_some() && Some(of_mod(next)) == present) {
-            self.selected += 1;
-        }
+        let next = self.after(name).map(|next| next.loaded.name.clone());
+        self.select(next.as_deref().unwrap_or(name));
     }
 
     /// Puts what was read anew in the place of what was there: what has a fault now stays as it was when it had none.

@@ -13,7 +13,10 @@ use bevy_egui::{
 use resecta_instrument::{InstrumentField, InstrumentState, InstrumentStopped, InstrumentSystems, StoppedBy};
 use resecta_scenario::ActiveExercise;
 
-use super::{overlay::shadowed, palette::CAREFUL};
+use super::{
+    overlay::shadowed,
+    palette::{CAREFUL, TEXT},
+};
 use crate::view::EndoscopeCamera;
 
 /// How long a stop stays in sight after the last push, s, and the last part of it in which it fades.
@@ -146,7 +149,13 @@ fn show(
         let mut said = Vec::new();
         for &(stop, left_s) in &stops.shown {
             let InstrumentStopped { field, push, .. } = stop;
-            let colour = CAREFUL.gamma_multiply((left_s / FADES_S).clamp(0.0, 1.0));
+            // That the loop is in or out is often what was wanted.
+            let colour = if field == InstrumentField::Stroke {
+                TEXT
+            } else {
+                CAREFUL
+            };
+            let colour = colour.gamma_multiply((left_s / FADES_S).clamp(0.0, 1.0));
             let (directions, end) = place(field, stop.above);
             let words = match stop.by {
                 StoppedBy::Limits => end,

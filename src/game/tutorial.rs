@@ -176,7 +176,10 @@ fn show(
                     ui.label(RichText::new(blind).strong().color(palette::CAREFUL));
                 } else if let Some(landmark) = observed.landmark.filter(|_| shown.names_landmarks()) {
                     let (words, is_good) = match step.until {
-                        Trigger::LookedAt { .. } => (in_sight(&landmark), landmark.unseen.is_none()),
+                        Trigger::LookedAt { .. } => (
+                            in_sight(&landmark, roll_deg, on_tissue.is_told()),
+                            landmark.unseen.is_none(),
+                        ),
                         _ => (format!("It is {}", whither(landmark.from_tip, roll_deg)), false),
                     };
                     let colour = if is_good { palette::GOOD } else { palette::FOCUS };

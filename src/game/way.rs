@@ -56,27 +56,32 @@ pub fn to_marked(way: Vec3, state: &InstrumentState, until: Trigger) -> Instrume
     }
 }
 
-/// Where a landmark is that is to be looked at, and what is between.
-pub fn in_sight(landmark: &LandmarkObservation) -> String {
+/// Where a landmark is that is to be looked at through a sheath that is rolled by so many degrees, and what is between.
+pub fn in_sight(landmark: &LandmarkObservation, roll_deg: f32, lies_on_tissue: bool) -> String {
     let way = landmark.from_lens;
     match landmark.unseen {
         None => "In the picture: hold it there".to_owned(),
-        // The field ends well before half a right angle from its middle; what is far beside it is reached by turning, not by going back.
-        Some(Unseen::OutOfField) if way.z > 0.0 || way.z > -way.truncate().length() && way.length() < BESIDE_MM => {
-            "You are past it: draw back".to_owned()
-        }
+        Some(Unseen::OutOfField) if is_past(landmark.from_tip) => "You are past it: draw back".to_owned(),
         Some(Unseen::OutOfField) => {
             let aside = way.with_z(0.0);
             let (size, [over, under]) = longest(aside, [["right", "left"], ["upper", "lower"], ["", ""]]);
             format!(
-                "Out of the picture: beyond its {} rim",
-                if size > 0.0 { over } else { under }
+                "Its middle is beyond the {} rim: {}",
+                if size > 0.0 { over } else { under },
+                action(aside, roll_deg).label().to_lowercase()
             )
         }
         Some(Unseen::InTheDark) => format!("{:.0} mm away: too far for the light", way.length()),
         Some(Unseen::InMurk) => "Blood in the water hides it".to_owned(),
-        Some(Unseen::BehindTissue) => "Tissue is before it: move until it is free".to_owned(),
+        Some(Unseen::BehindTissue) if lies_on_tissue => "Tissue is before it: free the lens first".to_owned(),
+        Some(Unseen::BehindTissue) => "Tissue is before it: advance, or look past from another side".to_owned(),
     }
+}
+
+/// Whether a place, by the way to it from the sheath's tip, is left behind: behind the tip, or near and more beside it than ahead. What is
+/// far beside it is reached by turning. Which way the lens looks does not matter: drawing back goes along the sheath.
+fn is_past(from_tip: Vec3) -> bool {
+    from_tip.z > 0.0 || from_tip.z > -from_tip.truncate().length() && from_tip.length() < BESIDE_MM
 }
 
 fn longest<T>(way: Vec3, words: [T; 3]) -> (f32, T) {
@@ -165,26 +170,48 @@ mod tests {
 
     #[test]
     fn where_a_landmark_is_and_what_is_between_is_told() {
-        let at = |way: [f32; 3], unseen| {
-            in_sight(&LandmarkObservation {
-                from_tip: Vec3::ZERO,
-                from_lens: way.into(),
+        // A lens that looks 30 degrees downwards.
+        let lens = Quat::from_rotation_x(-30.0_f32.to_radians());
+        let seen_at = |from_tip: Vec3, unseen, roll_deg, lies_on_tissue| {
+            let landmark = LandmarkObservation {
+                from_tip,
+                from_lens: lens.inverse() * from_tip,
                 unseen,
-            })
+            };
+            in_sight(&landmark, roll_deg, lies_on_tissue)
         };
+        let at = |from_tip: [f32; 3], unseen| seen_at(from_tip.into(), unseen, 0.0, false);
         let aside = Some(Unseen::OutOfField);
-        assert_eq!(at([0.0, 0.0, -9.0], None), "In the picture: hold it there");
-        assert_eq!(at([1.0, 8.0, -9.0], aside), "Out of the picture: beyond its upper rim");
-        assert_eq!(at([-8.0, 1.0, -9.0], aside), "Out of the picture: beyond its left rim");
-        assert_eq!(at([1.0, -8.0, -3.0], aside), "You are past it: draw back");
-        assert_eq!(at([-8.0, 1.0, 3.0], aside), "You are past it: draw back");
-        // Far ahead, but the lens looks elsewhere: whoever draws back loses it.
+        assert_eq!(at([0.0, -4.0, -9.0], None), "In the picture: hold it there");
         assert_eq!(
-            at([1.0, 18.0, -14.0], aside),
-            "Out of the picture: beyond its upper rim"
+            at([1.0, 8.0, -9.0], aside),
+            "Its middle is beyond the upper rim: tip up"
         );
         assert_eq!(
-            at([0.0, 0.0, -51.0], Some(Unseen::InTheDark)),
+            at([-8.0, -4.0, -9.0], aside),
+            "Its middle is beyond the left rim: tip left"
+        );
+        assert_eq!(at([1.0, -8.0, -3.0], aside), "You are past it: draw back");
+        assert_eq!(at([-8.0, 1.0, 3.0], aside), "You are past it: draw back");
+        // Ahead, but the lens looks elsewhere: whoever draws back loses it.
+        assert_eq!(
+            at([1.0, 9.0, -11.0], aside),
+            "Its middle is beyond the upper rim: tip up"
+        );
+        assert_eq!(
+            at([1.0, 18.0, -14.0], aside),
+            "Its middle is beyond the upper rim: tip up"
+        );
+        // The patient's front is at the left of a picture that is rolled clockwise.
+        assert_eq!(
+            seen_at(Vec3::new(1.0, 8.0, -9.0), aside, 90.0, false),
+            "Its middle is beyond the upper rim: tip right"
+        );
+        let hidden = Some(Unseen::BehindTissue);
+        assert!(at([0.0, -4.0, -9.0], hidden).ends_with("from another side"));
+        assert!(seen_at(Vec3::new(0.0, -4.0, -9.0), hidden, 0.0, true).ends_with("free the lens first"));
+        assert_eq!(
+            at([0.0, -25.0, -44.0], Some(Unseen::InTheDark)),
             "51 mm away: too far for the light"
         );
     }

@@ -121,6 +121,9 @@ fn show(
             true => Vec::new(),
             false => levels(&catalogue, &active.name, &history, kept.all_open),
         };
+        let next = catalogue.after(&active.name).filter(|_| after(reason) == Wish::Choose);
+        let next = next.map(|next| RichText::new(format!("Next in the list: “{}”.", next.loaded.exercise.title)));
+        let levels = next.into_iter().chain(levels).collect();
         header(ui, &active, reason, (&card, &metrics), levels);
         ui.add_space(4.0);
         ui.horizontal(|ui| {

@@ -66,7 +66,7 @@ pub fn show(
                         let next = if active.exercise.steps.is_empty() {
                             "Try it on another gland."
                         } else {
-                            "Go on with the next exercise of the list."
+                            "Go on with the next exercise."
                         };
                         ui.label(format!("Nothing lost points to speak of. {next}"));
                     }

@@ -38,6 +38,8 @@ pub struct Bleeders {
     /// Those that it saw when it was looked at them last, one a frame in turn, by their indices in the list of vessels.
     seen: BTreeSet<usize>,
     turn: usize,
+    /// Whether words below the picture say where it is from the loop: how far it is from the lens would contradict them.
+    is_told_below: bool,
     /// Where the loop touches tissue, mm; nowhere while it is drawn in, where no current leaves it.
     touched: Vec<Vec3>,
 }
@@ -107,6 +109,7 @@ fn look(
     let under_loop = nearest_within(vessels.open(), &bleeders.touched, current.coagulation_radius_mm);
     // Under a current in vain the one that words below the picture speak of.
     let coagulates = state.coagulate && !state.cut;
+    bleeders.is_told_below = coagulates;
     let at_wire = coagulates.then(|| beside(scope, state, vessels)).flatten();
     let is_at_hand = |vessel: &OpenVessel| {
         let way = scope.way_from_wire(state, iter::once(vessel.place));
@@ -198,6 +201,7 @@ pub fn show(picture: &Picture, bleeders: &Bleeders, opacity: f32) {
     let by_distance = format!("{kind}, {:.0} mm", next.from_lens.length());
     let name = match next.closed {
         Some(_) => format!("{kind}, under the loop"),
+        None if bleeders.is_told_below => kind.to_owned(),
         None => by_distance.clone(),
     };
     let is_marked = picture.mark(&Mark {

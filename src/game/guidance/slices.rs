@@ -378,11 +378,11 @@ fn row(
             let stroke = Stroke::new(2.5, fade(palette::FOCUS));
             painter.rect_stroke(cell.shrink(1.5), 4.0, stroke, StrokeKind::Inside);
         }
-        if let Some(removed) = slice.removed {
-            let text = format!("{:.0} %", 100.0 * removed);
+        // What was gone before the run began is no cut.
+        if let Some(removed) = slice.removed.filter(|removed| *removed >= 0.005) {
+            let text = format!("{:.0} % cut", 100.0 * removed);
             let at = cell.right_bottom() - vec2(4.0, 2.0);
-            let colour = fade(if removed < 0.005 { palette::WEAK } else { palette::TEXT });
-            shadowed(painter, at, Align2::RIGHT_BOTTOM, &text, small, colour);
+            shadowed(painter, at, Align2::RIGHT_BOTTOM, &text, small, fade(palette::TEXT));
         }
     }
 }
