@@ -1,5 +1,5 @@
-// What the eye sees of the lens's picture: bent as by a telescope, the round field with its notch, darker at its rim, and the
-// veil of tissue that the lens is pressed on. A pass over the finished picture.
+// What the eye sees of the lens's picture: bent as by a telescope, the round field with its notch, darker at its rim, what nearly touches
+// the lens out of focus, and the veil of tissue that it is pressed on. A pass over the finished picture.
 
 #import bevy_core_pipeline::fullscreen_vertex_shader::FullscreenVertexOutput
 #import resecta::noise::noise
@@ -28,12 +28,26 @@ const FLESH: vec3<f32> = vec3(0.60, 0.165, 0.125);
 const FLESH_DARK: vec3<f32> = vec3(0.36, 0.060, 0.045);
 // Distance at which the grain of pressed tissue is drawn, mm.
 const PRESSED_MM: f32 = 1.2;
-// How far the veil blurs, as a share of the field's radius.
-const BLUR: f32 = 0.09;
+// How far what touches the lens is out of focus, as a share of the field's radius.
+const OUT_OF_FOCUS: f32 = 0.10;
+// Where such a blur is looked for, and what it is made of: points on a disc.
+const LOOKED_AT: i32 = 8;
+const POINTS: i32 = 28;
+
+// Colour, and how sharp it is: 1 is in focus (`view.wgsl`).
+fn texel4(at: vec2<f32>) -> vec4<f32> {
+    let last = field.area.xy + field.drawn - 1.0;
+    return textureLoad(picture, vec2<i32>(clamp(at, field.area.xy, last)), 0);
+}
 
 fn texel(at: vec2<f32>) -> vec3<f32> {
-    let last = field.area.xy + field.drawn - 1.0;
-    return textureLoad(picture, vec2<i32>(clamp(at, field.area.xy, last)), 0).rgb;
+    return texel4(at).rgb;
+}
+
+// The golden angle spreads few points evenly over a disc.
+fn on_disc(point: i32, points: i32) -> vec2<f32> {
+    let angle = 2.399963 * f32(point);
+    return sqrt((f32(point) + 0.5) / f32(points)) * vec2(cos(angle), sin(angle));
 }
 
 // The pixel as which was drawn what belongs to a pixel that is shown.
@@ -42,24 +56,42 @@ fn as_drawn(shown: vec2<f32>) -> vec2<f32> {
 }
 
 // The picture between its pixels.
-fn between(at: vec2<f32>) -> vec3<f32> {
+fn between(at: vec2<f32>) -> vec4<f32> {
     let corner = floor(at - 0.5) + 0.5;
     let share = at - corner;
-    let above = mix(texel(corner), texel(corner + vec2(1.0, 0.0)), share.x);
-    let below = mix(texel(corner + vec2(0.0, 1.0)), texel(corner + vec2(1.0, 1.0)), share.x);
+    let above = mix(texel4(corner), texel4(corner + vec2(1.0, 0.0)), share.x);
+    let below = mix(texel4(corner + vec2(0.0, 1.0)), texel4(corner + vec2(1.0, 1.0)), share.x);
     return mix(above, below, share.y);
 }
 
-// The picture with soft edges, around a point of it.
-fn blurred(at: vec2<f32>, radius: f32) -> vec3<f32> {
-    var sum = 2.0 * texel(at);
-    // The golden angle spreads few points evenly over a disc.
-    for (var point = 0; point < 12; point++) {
-        let angle = 2.399963 * f32(point);
-        let far = sqrt((f32(point) + 0.5) / 12.0);
-        sum += texel(at + radius * far * vec2(cos(angle), sin(angle)));
+// The picture around a point of it with what lies too near to the lens out of focus: that spreads over what is behind it, and lets it
+// through at its edges. Behind a veil all is. `wide` is how far it spreads at most, pixels.
+fn focused(at: vec2<f32>, here: vec4<f32>, veil: f32, wide: f32) -> vec3<f32> {
+    let sharp = min(here.a, 1.0 - veil);
+    var most = 1.0 - sharp;
+    for (var point = 0; point < LOOKED_AT; point++) {
+        most = max(most, 1.0 - texel4(at + wide * on_disc(point, LOOKED_AT)).a);
     }
-    return sum / 14.0;
+    if most < 0.03 {
+        return here.rgb;
+    }
+    // Every pixel has its points turned in its own way (Jimenez's interleaved gradient noise): what few points leave of an edge is grain, not
+    // copies of it.
+    let turn = 6.2831853 * fract(52.9829189 * fract(dot(floor(at), vec2(0.06711056, 0.00583715))));
+    let turned = mat2x2(cos(turn), sin(turn), -sin(turn), cos(turn));
+    var near = vec4(0.0);
+    var behind = vec4(0.0);
+    for (var point = 0; point < POINTS; point++) {
+        let off = most * (turned * on_disc(point, POINTS));
+        let there = texel4(at + wide * off);
+        let blur = max(1.0 - there.a, veil);
+        // It spreads as far as it is blurred.
+        let spread = smoothstep(1.2 * blur + 0.01, 0.8 * blur, length(off));
+        near += spread * vec4(there.rgb, 1.0);
+        behind += (1.0 - spread) * vec4(there.rgb, 1.0);
+    }
+    let through = mix(behind.rgb / max(behind.w, 0.01), here.rgb, sharp);
+    return mix(through, near.rgb / max(near.w, 0.01), near.w / f32(POINTS));
 }
 
 // How much tissue hides there: through what is known in the middle and at four points around it, curves of second order.
@@ -96,10 +128,10 @@ fn fragment(in: FullscreenVertexOutput) -> @location(0) vec4<f32> {
     // As `straight` in round_field.rs.
     let straight = off_middle * (1.0 - field.barrel + field.barrel * far * far);
     let there = as_drawn(at + (straight - off_middle) * field.radius);
-    var colour = between(there);
+    let as_pixels = field.radius * field.drawn.y / field.area.w;
     let veil = veil_at(straight);
+    var colour = focused(there, between(there), veil, OUT_OF_FOCUS * as_pixels);
     if veil > 0.0 {
-        colour = mix(colour, blurred(there, BLUR * field.radius * veil * field.drawn.y / field.area.w), smoothstep(0.0, 0.3, veil));
         colour = mix(colour, flesh(straight, far), smoothstep(0.05, 0.95, veil));
     }
     // Lenses darken towards the edge.
