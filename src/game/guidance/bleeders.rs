@@ -260,6 +260,23 @@ mod tests {
         most_urgent(open(&vessels(of)), Vec3::ZERO, marked, is_in_field).map(|vessel| vessel.index)
     }
 
+    /// The exercise on haemostasis, its bed bleeding and all guidance shown; the vessels that are open, by index and place.
+    fn bleeding() -> (Trial, Vec<(usize, Vec3)>) {
+        let mut trial = Trial::new(());
+        trial.start("haemostasis").unwrap();
+        trial.steps(2);
+        let tissue = trial.active().tissue;
+        let world = trial.app.world_mut();
+        world.init_resource::<Bleeders>();
+        world.insert_resource(Shown {
+            parts: Parts::ALL,
+            told_s: 0.0,
+        });
+        let open = world.get::<Vessels>(tissue).unwrap().open();
+        let open = open.map(|vessel| (vessel.index, vessel.place)).collect();
+        (trial, open)
+    }
+
     #[test]
     fn a_loop_lies_on_the_nearest_vessel_that_its_current_would_reach() {
         use VesselKind::{Arterial, Venous};
@@ -278,18 +295,10 @@ mod tests {
 
     #[test]
     fn the_vessel_where_the_loop_touches_is_marked_and_no_other_once_it_is_lifted_or_drawn_in() {
-        let mut trial = Trial::new(());
-        trial.start("haemostasis").unwrap();
-        trial.steps(2);
+        let (mut trial, open) = bleeding();
         let (tissue, tool) = (trial.active().tissue, trial.active().instrument);
         let world = trial.app.world_mut();
-        world.init_resource::<Bleeders>();
-        world.insert_resource(Shown {
-            parts: Parts::ALL,
-            told_s: 0.0,
-        });
-        let open = world.get::<Vessels>(tissue).unwrap().open();
-        let (index, place) = open.map(|vessel| (vessel.index, vessel.place)).last().unwrap();
+        let &(index, place) = open.last().unwrap();
         for (loop_in_tissue, stroke_mm, is_under) in [(true, 10.0, true), (false, 10.0, false), (true, 0.0, false)] {
             let mut step = world.resource_mut::<StepObservation>();
             (step.loop_in_tissue, step.instrument.stroke_mm) = (loop_in_tissue, stroke_mm);
@@ -314,18 +323,9 @@ mod tests {
 
     #[test]
     fn a_vessel_at_hand_keeps_its_mark_whatever_is_more_urgent_elsewhere() {
-        let mut trial = Trial::new(());
-        trial.start("haemostasis").unwrap();
-        trial.steps(2);
-        let (tissue, tool) = (trial.active().tissue, trial.active().instrument);
+        let (mut trial, all) = bleeding();
+        let tool = trial.active().instrument;
         let world = trial.app.world_mut();
-        world.init_resource::<Bleeders>();
-        world.insert_resource(Shown {
-            parts: Parts::ALL,
-            told_s: 0.0,
-        });
-        let open = world.get::<Vessels>(tissue).unwrap().open();
-        let all: Vec<(usize, Vec3)> = open.map(|vessel| (vessel.index, vessel.place)).collect();
         let scope = world.get::<Resectoscope>(tool).unwrap().clone();
         // Wherever the sheath goes, some vessel that is not the most urgent one is at hand somewhere, with the loop out.
         let grid = (20..60).step_by(2).flat_map(|insertion| {
