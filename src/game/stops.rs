@@ -110,10 +110,10 @@ fn place(field: InstrumentField, above: bool) -> (&'static [[f32; 2]], &'static 
         (InstrumentField::Yaw, false) => (&[[-1.0, 0.0]], "Tip: as far left as it goes"),
         (InstrumentField::Roll, true) => (&[[1.0, 0.0], [-1.0, 0.0]], "Rolled clockwise to the end"),
         (InstrumentField::Roll, false) => (&[[1.0, 0.0], [-1.0, 0.0]], "Rolled counter-clockwise to the end"),
-        (InstrumentField::Insertion, true) => (&ALL_AROUND, "Sheath all the way in"),
-        (InstrumentField::Insertion, false) => (&ALL_AROUND, "Sheath all the way out"),
-        (InstrumentField::Stroke, true) => (&[[0.0, -1.0]], "Loop all the way out"),
-        (InstrumentField::Stroke, false) => (&[[0.0, -1.0]], "Loop all the way in"),
+        (InstrumentField::Insertion, true) => (&ALL_AROUND, "The sheath is all the way in"),
+        (InstrumentField::Insertion, false) => (&ALL_AROUND, "The sheath is all the way out"),
+        (InstrumentField::Stroke, true) => (&[[0.0, -1.0]], "The loop is all the way out"),
+        (InstrumentField::Stroke, false) => (&[[0.0, -1.0]], "The loop is all the way in"),
         (InstrumentField::InflowTap | InstrumentField::OutflowTap, _) => (&[], ""),
     }
 }

@@ -138,6 +138,16 @@ fn show(
                     None if progress.is_blind => on_tissue.ways_out(),
                     None => [step.until.actions(), &step.also].concat(),
                 };
+                // Before the keys, which are others than what the step asks for.
+                let held_up = match to_marked {
+                    Some((way, action)) => Some(not_here(way, action, roll_deg)),
+                    None => {
+                        (progress.is_blind).then(|| "This does not count: tissue lies close before the lens".to_owned())
+                    }
+                };
+                if let Some(words) = &held_up {
+                    ui.label(RichText::new(words).strong().color(palette::CAREFUL));
+                }
                 let (ended, actions): (Vec<_>, Vec<_>) =
                     actions.into_iter().partition(|&action| is_at_end(action, state));
                 ui.horizontal_wrapped(|ui| {
@@ -162,19 +172,12 @@ fn show(
                             .color(palette::GOOD),
                     );
                 }
-                if let Some((way, action)) = to_marked {
-                    let mut back = format!("Not here: the marked tissue is {}", whither(way, roll_deg));
-                    if action == InstrumentAction::LoopIn {
-                        back.push_str(": draw the loop in");
-                    }
-                    ui.label(RichText::new(back).strong().color(palette::CAREFUL));
-                } else if progress.is_there {
+                if held_up.is_none() && progress.is_there {
                     let there = "That is far enough: let go of the keys";
                     ui.label(RichText::new(there).strong().color(palette::GOOD));
-                } else if progress.is_blind {
-                    let blind = "This does not count: tissue lies close before the lens";
-                    ui.label(RichText::new(blind).strong().color(palette::CAREFUL));
-                } else if let Some(landmark) = observed.landmark.filter(|_| shown.names_landmarks()) {
+                } else if let Some(landmark) =
+                    (observed.landmark).filter(|_| held_up.is_none() && shown.names_landmarks())
+                {
                     let (words, is_good) = match step.until {
                         Trigger::LookedAt { .. } => (
                             in_sight(&landmark, roll_deg, on_tissue.is_told()),
@@ -188,8 +191,7 @@ fn show(
                 if !step.hint.is_empty() {
                     ui.label(RichText::new(&step.hint).color(palette::WEAK));
                 }
-                let is_held_up = progress.away.is_some() || progress.is_blind;
-                let fill = if is_held_up { palette::WEAK } else { frame };
+                let fill = if held_up.is_some() { palette::WEAK } else { frame };
                 ui.add(
                     egui::ProgressBar::new(progress.share as f32)
                         .desired_height(9.0)
@@ -198,6 +200,15 @@ fn show(
             });
     });
     Ok(())
+}
+
+/// Where marked tissue is for whoever is too far from it, and that the loop goes back to it where that does it.
+fn not_here(way: Vec3, action: InstrumentAction, roll_deg: f32) -> String {
+    let mut words = format!("Not here: the marked tissue is {}", whither(way, roll_deg));
+    if action == InstrumentAction::LoopIn {
+        words.push_str(": draw the loop in");
+    }
+    words
 }
 
 /// Keys, and what they do. Where many things can be done, one key of each, there and back in one: the card is not to hide the view.

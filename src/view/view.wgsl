@@ -50,9 +50,10 @@ const MURK: vec3<f32> = vec3(0.150, 0.012, 0.008);
 const URETHRA: vec3<f32> = vec3(0.66, 0.19, 0.15);
 const BLOOD_ON_LENS: vec3<f32> = vec3(0.20, 0.008, 0.006);
 
-// Tissue further from the lens than the second is sharp, nearer than the first as blurred as it gets, mm: a telescope's focus begins at
-// some 3 mm. As alpha, which opaque surfaces have no other use for, it says to `round_field.wgsl` how sharp it is.
-const FOCUS_MM: vec2<f32> = vec2(0.4, 3.2);
+// Tissue further from the lens than the second is sharp, nearer than the first as blurred as it gets, mm. Our choice: the floor of a narrow
+// urethra, some 3 mm away, is to be seen. As alpha, which opaque surfaces have no other use for, it says to `round_field.wgsl` how sharp
+// it is.
+const FOCUS_MM: vec2<f32> = vec2(0.4, 2.6);
 
 // 0, which no compiler can know. Mesa's lavapipe compiles a shader anew whenever a uniform value changes that alone decides a
 // branch, and never frees it: 10 MB a frame here. With this in it, no uniform decides alone.

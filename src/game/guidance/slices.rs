@@ -357,6 +357,9 @@ fn row(
     let top = area.center_top() + vec2(0.0, 2.0);
     shadowed(painter, top, Align2::CENTER_TOP, "bladder", small, fade(palette::WEAK));
     let bottom = area.center_bottom() - vec2(0.0, 2.0);
+    // A landmark of the outside view may lie behind it.
+    let behind = Rect::from_min_max(area.left_bottom() - vec2(0.0, words), area.right_bottom());
+    painter.rect_filled(behind, 6.0, fade(palette::GROUND));
     shadowed(
         painter,
         bottom,
