@@ -1,7 +1,8 @@
 //! The round field: what the eye sees of the lens's picture, as a pass over the finished picture.
 //!
 //! Bent as by a telescope ([`BARREL`]), darker towards the rim, black outside, the mark of 12 o'clock on the rim, tissue that nearly
-//! touches the lens out of focus, and the [`Veil`] of tissue at the lens. What is drawn in the window beside the endoscope's picture stays as it is.
+//! touches the lens out of focus, and the [`Veil`] of tissue at the lens. What is drawn in the window beside the endoscope's picture
+//! stays as it is.
 //!
 //! The finished picture may have been drawn with fewer pixels than are shown ([`Fineness`]): this pass is what spreads them.
 

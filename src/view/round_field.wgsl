@@ -33,21 +33,18 @@ const OUT_OF_FOCUS: f32 = 0.10;
 // Where such a blur is looked for, and what it is made of: points on a disc.
 const LOOKED_AT: i32 = 8;
 const POINTS: i32 = 28;
+// A turn by the golden angle. A processor that draws computes no sine for every point of every pixel.
+const GOLDEN: mat2x2<f32> = mat2x2<f32>(-0.7373688, 0.6754903, -0.6754903, -0.7373688);
 
 // Colour, and how sharp it is: 1 is in focus (`view.wgsl`).
-fn texel4(at: vec2<f32>) -> vec4<f32> {
+fn texel(at: vec2<f32>) -> vec4<f32> {
     let last = field.area.xy + field.drawn - 1.0;
     return textureLoad(picture, vec2<i32>(clamp(at, field.area.xy, last)), 0);
 }
 
-fn texel(at: vec2<f32>) -> vec3<f32> {
-    return texel4(at).rgb;
-}
-
-// The golden angle spreads few points evenly over a disc.
-fn on_disc(point: i32, points: i32) -> vec2<f32> {
-    let angle = 2.399963 * f32(point);
-    return sqrt((f32(point) + 0.5) / f32(points)) * vec2(cos(angle), sin(angle));
+// How far out a point of a disc is, when each is turned from the last by the golden angle: that spreads few points evenly.
+fn outwards(point: i32, points: i32) -> f32 {
+    return sqrt((f32(point) + 0.5) / f32(points));
 }
 
 // The pixel as which was drawn what belongs to a pixel that is shown.
@@ -59,8 +56,8 @@ fn as_drawn(shown: vec2<f32>) -> vec2<f32> {
 fn between(at: vec2<f32>) -> vec4<f32> {
     let corner = floor(at - 0.5) + 0.5;
     let share = at - corner;
-    let above = mix(texel4(corner), texel4(corner + vec2(1.0, 0.0)), share.x);
-    let below = mix(texel4(corner + vec2(0.0, 1.0)), texel4(corner + vec2(1.0, 1.0)), share.x);
+    let above = mix(texel(corner), texel(corner + vec2(1.0, 0.0)), share.x);
+    let below = mix(texel(corner + vec2(0.0, 1.0)), texel(corner + vec2(1.0, 1.0)), share.x);
     return mix(above, below, share.y);
 }
 
@@ -69,8 +66,10 @@ fn between(at: vec2<f32>) -> vec4<f32> {
 fn focused(at: vec2<f32>, here: vec4<f32>, veil: f32, wide: f32) -> vec3<f32> {
     let sharp = min(here.a, 1.0 - veil);
     var most = 1.0 - sharp;
+    var way = vec2(1.0, 0.0);
     for (var point = 0; point < LOOKED_AT; point++) {
-        most = max(most, 1.0 - texel4(at + wide * on_disc(point, LOOKED_AT)).a);
+        most = max(most, 1.0 - texel(at + wide * outwards(point, LOOKED_AT) * way).a);
+        way = GOLDEN * way;
     }
     if most < 0.03 {
         return here.rgb;
@@ -78,15 +77,16 @@ fn focused(at: vec2<f32>, here: vec4<f32>, veil: f32, wide: f32) -> vec3<f32> {
     // Every pixel has its points turned in its own way (Jimenez's interleaved gradient noise): what few points leave of an edge is grain, not
     // copies of it.
     let turn = 6.2831853 * fract(52.9829189 * fract(dot(floor(at), vec2(0.06711056, 0.00583715))));
-    let turned = mat2x2(cos(turn), sin(turn), -sin(turn), cos(turn));
+    way = vec2(cos(turn), sin(turn));
     var near = vec4(0.0);
     var behind = vec4(0.0);
     for (var point = 0; point < POINTS; point++) {
-        let off = most * (turned * on_disc(point, POINTS));
-        let there = texel4(at + wide * off);
+        let far = most * outwards(point, POINTS);
+        let there = texel(at + wide * far * way);
+        way = GOLDEN * way;
         let blur = max(1.0 - there.a, veil);
         // It spreads as far as it is blurred.
-        let spread = smoothstep(1.2 * blur + 0.01, 0.8 * blur, length(off));
+        let spread = 1.0 - smoothstep(0.8 * blur, 1.2 * blur + 0.01, far);
         near += spread * vec4(there.rgb, 1.0);
         behind += (1.0 - spread) * vec4(there.rgb, 1.0);
     }
