@@ -6,7 +6,7 @@ use resecta_scenario::{LandmarkObservation, Trigger, Unseen};
 
 /// From this roll on, degrees, what is higher in the view is no longer reached by raising the tip.
 const ROLLED_DEG: f32 = 30.0;
-/// What is beside the lens and nearer than this, mm, comes into its field by drawing back.
+/// What is beside the sheath's tip and nearer than this, mm, comes into the lens's field by drawing back.
 const BESIDE_MM: f32 = 15.0;
 
 /// A way in the frame of a sheath that is rolled by so many degrees, mm (right, up and back), by its longest part: as the view has it,
@@ -42,7 +42,8 @@ pub fn action(way: Vec3, roll_deg: f32) -> InstrumentAction {
     if size > 0.0 { over } else { under }
 }
 
-/// What the hands do to bring the loop's wire to marked tissue, for a step that ends by `until`: whoever has pushed the loop out beyond it
+/// What the hands do to bring the loop's wire to marked tissue, by the way there in the sheath's frame, mm (right, up and back), for a step
+/// that ends by `until`: whoever has pushed the loop out beyond it
 /// draws the loop in, not the sheath back.
 pub fn to_marked(way: Vec3, state: &InstrumentState, until: Trigger) -> InstrumentAction {
     let least_mm = match until {
@@ -78,7 +79,7 @@ pub fn in_sight(landmark: &LandmarkObservation, roll_deg: f32, lies_on_tissue: b
     }
 }
 
-/// Whether a place, by the way to it from the sheath's tip, is left behind: behind the tip, or near and more beside it than ahead. What is
+/// Whether a place, by the way to it from the sheath's tip, mm (right, up and back), is left behind: behind the tip, or near and more beside it than ahead. What is
 /// far beside it is reached by turning. Which way the lens looks does not matter: drawing back goes along the sheath.
 fn is_past(from_tip: Vec3) -> bool {
     from_tip.z > 0.0 || from_tip.z > -from_tip.truncate().length() && from_tip.length() < BESIDE_MM

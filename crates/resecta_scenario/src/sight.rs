@@ -15,8 +15,8 @@ const UNDER_MM: f32 = 2.5;
 /// Share of the light that has to come back from a place for it to be made out. Our choice: what is looked for, dark or mounded,
 /// is told in murk in which plain tissue is not.
 const LEAST_LIGHT: f64 = 0.15;
-/// Whether the lens sees anything is asked in the middle of its picture and so far above, below, left and right of it: two thirds of the
-/// way to the rim. Our choice: a lens that looks 30 degrees downwards has tissue before its middle where it works, and sees along the
+/// Whether the lens sees anything is asked in the middle of its picture and so far above, below, left and right of it, degrees: two
+/// thirds of the way to the rim. Our choice: a lens that looks 30 degrees downwards has tissue before its middle where it works, and sees along the
 /// sheath above that.
 const BESIDE_DEG: f32 = 25.0;
 

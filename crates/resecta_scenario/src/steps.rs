@@ -49,8 +49,8 @@ pub struct Step {
     #[serde(default)]
     #[schemars(extend("minimum" = LEAST_NEAR_MM))]
     pub near_marked_mm: Option<f64>,
-    /// What is done counts only while the lens sees so far somewhere in its picture, in the middle or half way to the rim, mm, above 0
-    /// and at most 45: whoever works blind is told so. 3 is less than what a lens sees in a urethra that lies open before it, 4 to 10,
+    /// What is done counts only while the lens sees so far somewhere in its picture, in the middle or two thirds of the way to the rim,
+    /// mm, above 0 and at most 45: whoever works blind is told so. 3 is less than what a lens sees in a urethra that lies open before it, 4 to 10,
     /// and more than one that lies on tissue does, 2 at most.
     #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = FAR_MM))]

@@ -117,14 +117,11 @@ fn show(
     }
     let context = contexts.ctx_mut()?;
     menu::full_screen(context, "debriefing", palette::GROUND, |ui| {
-        let levels = match flow.watches {
+        let next = match flow.watches {
             true => Vec::new(),
-            false => levels(&catalogue, &active.name, &history, kept.all_open),
+            false => next(&catalogue, &active.name, reason, &history, kept.all_open),
         };
-        let next = catalogue.after(&active.name).filter(|_| after(reason) == Wish::Choose);
-        let next = next.map(|next| RichText::new(format!("Next in the list: “{}”.", next.loaded.exercise.title)));
-        let levels = next.into_iter().chain(levels).collect();
-        header(ui, &active, reason, (&card, &metrics), levels);
+        header(ui, &active, reason, (&card, &metrics), next);
         ui.add_space(4.0);
         ui.horizontal(|ui| {
             // Nothing was to be cut and nothing was: a map of that tells nothing.
@@ -203,8 +200,10 @@ fn save_report(ui: &mut Ui, debriefing: &mut Debriefing) {
     }
 }
 
-/// Which levels the last run opened, and what the next one still lacks.
-fn levels(catalogue: &Catalogue, exercise: &str, history: &History, all_open: bool) -> Vec<RichText> {
+/// What a run of one's own leads to: the next exercise, once this one is done; which levels it opened, and what the next one still lacks.
+fn next(catalogue: &Catalogue, exercise: &str, reason: EndReason, history: &History, all_open: bool) -> Vec<RichText> {
+    let follows = catalogue.after(exercise).filter(|_| after(reason) == Wish::Choose);
+    let follows = follows.map(|next| RichText::new(format!("Next in the list: “{}”.", next.loaded.exercise.title)));
     let opened = catalogue.opened_by_last(exercise, history, all_open).into_iter();
     let opened = opened.map(|level| {
         let words = format!("This run opens “{level}” in the list of exercises.");
@@ -213,16 +212,16 @@ fn levels(catalogue: &Catalogue, exercise: &str, history: &History, all_open: bo
     let closed = catalogue.still_closed(exercise, history, all_open);
     let closed =
         closed.map(|(level, lock)| RichText::new(format!("Next level, “{level}”. {lock}.")).color(palette::WEAK));
-    opened.chain(closed).collect()
+    follows.into_iter().chain(opened).chain(closed).collect()
 }
 
-/// How it ended, the total, and what it means for the levels.
+/// How it ended, the total, and what it leads to.
 fn header(
     ui: &mut Ui,
     active: &ActiveExercise,
     reason: EndReason,
     (card, metrics): (&ScoreCard, &Metrics),
-    levels: Vec<RichText>,
+    next: Vec<RichText>,
 ) {
     let (headline, colour) = match reason {
         EndReason::GoalsReached => ("Every goal reached", palette::GOOD),
@@ -246,8 +245,8 @@ fn header(
             } else {
                 format!("In {time}")
             });
-            for level in levels {
-                ui.label(level);
+            for words in next {
+                ui.label(words);
             }
         });
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
