@@ -19,13 +19,13 @@ const SCRIPT: &str = "(
         (time_s: 0, insertion_mm: 0, pitch_deg: -18, stroke_mm: 0),
         (time_s: 1, insertion_mm: 16, pitch_deg: -18),
         (time_s: 2, insertion_mm: 34, pitch_deg: -6),
-        (time_s: 2.3, pitch_deg: -0.5, stroke_mm: 0),
+        (time_s: 2.3, pitch_deg: -4.5, stroke_mm: 0),
         (time_s: 2.7, stroke_mm: 16),
-        (time_s: 4.5, pitch_deg: -0.5, stroke_mm: 16, cut: true),
+        (time_s: 4.5, pitch_deg: -4.5, stroke_mm: 16, cut: true),
         (time_s: 4.7, pitch_deg: -5),
         (time_s: 5.4, pitch_deg: -5, stroke_mm: 2, cut: false),
-        (time_s: 5.6, pitch_deg: -0.5, stroke_mm: 2),
-        (time_s: 9, stroke_mm: 16, pitch_deg: -0.5),
+        (time_s: 5.6, pitch_deg: -4.5, stroke_mm: 2),
+        (time_s: 9, stroke_mm: 16, pitch_deg: -4.5),
     ],
 )";
 

@@ -14,6 +14,8 @@ pub struct Stopwatch {
     last: Instant,
     steps: Vec<Duration>,
     stages: TissueDiagnostics,
+    substeps: u64,
+    contacts: u64,
 }
 
 /// What `timing.json` says, wall times in the unit of the field's name.
@@ -33,6 +35,10 @@ pub struct Timing {
     pub times_real_time: f64,
     /// One step.
     pub step_ms: StepTimes,
+    /// Substeps of a step, mean.
+    pub substeps: f64,
+    /// Contacts of a step, mean.
+    pub contacts: f64,
     /// Where the steps' time went, together.
     pub stages_s: Stages,
 }
@@ -69,6 +75,8 @@ impl Stopwatch {
             last: now,
             steps: Vec::new(),
             stages: TissueDiagnostics::default(),
+            substeps: 0,
+            contacts: 0,
         }
     }
 
@@ -84,6 +92,8 @@ impl Stopwatch {
         sum.integrate += stages.integrate;
         sum.write_back += stages.write_back;
         sum.rebuild_mesh += stages.rebuild_mesh;
+        self.substeps += u64::from(stages.substeps);
+        self.contacts += stages.contacts as u64;
     }
 
     /// The times, of steps of `step_s` simulated seconds.
@@ -110,6 +120,8 @@ impl Stopwatch {
                 percentile_99: at(0.99),
                 largest: at(1.0),
             },
+            substeps: self.substeps as f64 / count.max(1) as f64,
+            contacts: self.contacts as f64 / count.max(1) as f64,
             stages_s: Stages {
                 prepare: stages.prepare.as_secs_f64(),
                 collide: stages.collide.as_secs_f64(),

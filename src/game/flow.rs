@@ -459,7 +459,7 @@ mod tests {
     fn shown(folder: &std::path::Path) -> LoadedExercise {
         let script = "(keys: [(time_s: 0, stroke_mm: 0), (time_s: 0.5, stroke_mm: 5)])";
         fs::write(folder.join("show.ron"), script).unwrap();
-        let text = new_exercise("shown").replace("alpha_deg: 10", "alpha_deg: 20");
+        let text = new_exercise("shown").replace("alpha_deg: 14", "alpha_deg: 20");
         let text = text.replace("shown_by: Careful", "shown_by: Script(\"./show.ron\")");
         let file = folder.join("shown.exercise.ron");
         let library = resecta_scenario::Library::new(crate::assets::find().unwrap());

@@ -397,7 +397,7 @@ mod tests {
         assert!(game.notice().faults.is_empty());
 
         game.app.world_mut().resource_mut::<Catalogue>().select("second");
-        let broken = new_exercise("broken").replace("alpha_deg: 10", "alpha_deg: 0.1");
+        let broken = new_exercise("broken").replace("alpha_deg: 14", "alpha_deg: 0.1");
         game.save(FIRST, &broken);
         game.run_until(|_, notice| !notice.faults.is_empty());
         let (catalogue, faults) = (game.catalogue(), &game.notice().faults);

@@ -96,6 +96,20 @@ impl Field {
         self.mesh.pentahedra.len()
     }
 
+    /// The chunks of vertices that a touched pentahedron carries; empty for one that nothing touched.
+    pub fn chunks_of(&self, pentahedron: u32) -> &[u32] {
+        let piece = self
+            .points
+            .index(pentahedron)
+            .and_then(|cell| self.surface.pieces.get(cell));
+        piece.map_or(&[], |piece| &piece.chunks)
+    }
+
+    /// Whether there is tissue at a node.
+    pub fn is_node_kept(&self, node: u32) -> bool {
+        self.points.value_at_node(node).is_none_or(|value| value > 0.0)
+    }
+
     /// Whether a cut or coagulation has reached a pentahedron; no for one that does not exist.
     pub fn is_touched(&self, pentahedron: u32) -> bool {
         self.points.is_touched(pentahedron)
@@ -166,10 +180,15 @@ impl Field {
         Some((self.surface.vertices).chunk_places(&self.mesh, chunk as usize, position))
     }
 
-    /// The unit normals of the vertices of a chunk with every node at its `position`; none for a chunk without vertices.
-    pub fn chunk_normals(&self, chunk: u32, position: impl Fn(u32) -> Vec3) -> Option<[Vec3; CHUNK]> {
+    /// Where the vertices of a chunk are by component, and which of its slots hold one, a bit each.
+    #[inline(always)]
+    pub fn chunk_lanes(&self, chunk: u32, position: impl Fn(u32) -> Vec3) -> Option<([[f32; CHUNK]; 3], u8)> {
         self.surface.vertices.owner(chunk)?;
-        Some((self.surface.vertices).chunk_normals(&self.mesh, chunk as usize, position))
+        let vertices = &self.surface.vertices;
+        Some((
+            vertices.chunk_lanes(&self.mesh, chunk as usize, position),
+            vertices.used(chunk),
+        ))
     }
 
     fn check_count(&self, positions: &[Vec3]) -> Result<(), FieldError> {

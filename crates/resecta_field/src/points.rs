@@ -179,6 +179,12 @@ impl Points {
             .then(|| self.cell(pentahedron).map_or(0.0, |cell| cell.kept_mm3))
     }
 
+    /// Signed distance of a node to what has been cut, mm; `None` if nothing around it is touched, or all of it is gone.
+    pub fn value_at_node(&self, node: u32) -> Option<f32> {
+        let block = self.nodes.get(node as usize)?;
+        (block.first != NONE && block.around > 0).then(|| self.values[block.first as usize])
+    }
+
     /// Numbers of the points of a pentahedron; empty if it has none.
     pub fn of(&self, pentahedron: u32) -> &[u32] {
         self.cell(pentahedron).map_or(&[], |cell| &cell.points)

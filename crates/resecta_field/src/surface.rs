@@ -234,6 +234,12 @@ impl Surface {
         self.vertices.len()
     }
 
+    /// Whether a slot holds a vertex. Nodes always do, be they on the surface or not.
+    #[inline]
+    pub fn is_used(&self, vertex: u32) -> bool {
+        self.vertices.is_used(vertex)
+    }
+
     /// The pentahedron that carries a vertex; none for a free slot and for nodes inside the tissue.
     pub fn home(&self, vertex: u32) -> Option<u32> {
         match self.vertices.chunk(vertex) {

@@ -310,8 +310,20 @@ impl Vertices {
     /// Where a chunk's vertices are with the nodes at `position`.
     #[inline(always)]
     pub fn chunk_places(&self, mesh: &Mesh, chunk: usize, position: impl Fn(u32) -> Vec3) -> [Vec3; LANES] {
-        let [x, y, z] = mesh.carrier(self.owners[chunk], position).at(&self.chunks[chunk].place);
+        let [x, y, z] = self.chunk_lanes(mesh, chunk, position);
         std::array::from_fn(|l| Vec3::new(x[l], y[l], z[l]))
+    }
+
+    /// The same by component.
+    #[inline(always)]
+    pub fn chunk_lanes(&self, mesh: &Mesh, chunk: usize, position: impl Fn(u32) -> Vec3) -> [Lanes; 3] {
+        mesh.carrier(self.owners[chunk], position).at(&self.chunks[chunk].place)
+    }
+
+    /// Which slots of a chunk hold a vertex, a bit each.
+    #[inline(always)]
+    pub fn used(&self, chunk: u32) -> u8 {
+        self.used.get(chunk as usize).copied().unwrap_or(0)
     }
 
     /// Unit normals of a chunk's vertices with the nodes at `position`; zero where a slot is free.

@@ -116,11 +116,15 @@ impl ResectoscopeGeometry {
         is_behind_tip || is_under_beak
     }
 
-    /// The sheath as a capsule: its middle line from the outer end to one radius behind the tip, so that the round cap
-    /// ends at the tip.
+    /// How far the sheath's round cap reaches beyond the tip, mm: less than the beak, which holds tissue off the lens there. A cap that
+    /// ended at the tip would leave tissue inside the rim, up to the radius deep.
+    pub const CAP_MM: f32 = 2.0;
+
+    /// The sheath as a capsule: its middle line from the outer end to where its round cap begins.
     pub fn sheath_segment(&self) -> [Vec3; 2] {
         let radius = self.sheath_diameter_mm / 2.0;
-        [Vec3::Z * self.sheath_length_mm.max(radius), Vec3::Z * radius]
+        let inner = radius - Self::CAP_MM;
+        [Vec3::Z * self.sheath_length_mm.max(inner), Vec3::Z * inner]
     }
 
     /// The middle of the loop's open side, on the sheath's axis `stroke_mm` in front of the tip.

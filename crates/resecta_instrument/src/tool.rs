@@ -6,10 +6,11 @@ use resecta_tissue::{LoopCutter, TissueTool, ToolPart, ToolPartKind};
 use crate::{InstrumentState, Resectoscope, ResectoscopeGeometry};
 
 impl ResectoscopeGeometry {
-    /// The instrument's capsules in its own frame with the loop at `stroke_mm`: the sheath, the two arms, then the wire.
+    /// The instrument's capsules in its own frame with the loop at `stroke_mm`: the sheath, and of a loop that is out the two arms,
+    /// then the wire.
     ///
-    /// Their number and order never change, so a part can be followed from one step to the next. The arms count as
-    /// sheath: they are insulated, push at all times and cut nothing.
+    /// Their order never changes, so a part can be followed from one step to the next. The arms count as sheath: they are insulated,
+    /// push at all times and cut nothing.
     pub fn tool_parts(&self, stroke_mm: f32) -> Vec<ToolPart> {
         let part = |[a, b]: [Vec3; 2], diameter_mm: f32, kind| ToolPart {
             a,
@@ -25,7 +26,9 @@ impl ResectoscopeGeometry {
         let pieces = wire
             .windows(2)
             .map(|ends| part([ends[0], ends[1]], self.wire_diameter_mm, ToolPartKind::Loop));
-        std::iter::once(sheath).chain(arms).chain(pieces).collect()
+        let is_out = !ResectoscopeGeometry::is_drawn_in(stroke_mm);
+        let of_loop = arms.into_iter().chain(pieces).filter(|_| is_out);
+        std::iter::once(sheath).chain(of_loop).collect()
     }
 
     /// The loop in the instrument's own frame, pulled towards the operator.

@@ -257,7 +257,7 @@ fn a_straight_pull_sweeps_the_chip() {
 }
 
 #[test]
-fn the_tool_is_sheath_arms_and_wire_whatever_the_stroke() {
+fn the_tool_is_sheath_arms_and_wire_of_a_loop_that_is_out() {
     let scope = scope();
     let state = InstrumentState {
         insertion_mm: 30.0,
@@ -276,7 +276,11 @@ fn the_tool_is_sheath_arms_and_wire_whatever_the_stroke() {
         &mut retracted,
     );
     let kinds = |tool: &TissueTool| tool.parts.iter().map(|part| part.kind).collect::<Vec<_>>();
-    assert_eq!(kinds(&out), kinds(&retracted));
+    assert_eq!(
+        kinds(&retracted),
+        [ToolPartKind::Sheath],
+        "a loop that is drawn in lies in the sheath"
+    );
     assert!(out.is_valid() && retracted.is_valid());
     let is_wire = |kind: &ToolPartKind| *kind == ToolPartKind::Loop;
     assert_eq!(
@@ -284,9 +288,11 @@ fn the_tool_is_sheath_arms_and_wire_whatever_the_stroke() {
         3,
         "the sheath and two arms"
     );
-    // The round end of the sheath's capsule ends at the tip, not beyond it.
+    // The round end of the sheath's capsule ends before the beak does.
     let sheath = out.parts[0];
-    assert!((sheath.b.z - sheath.radius_mm).abs() < 1e-6 && sheath.a.z > 100.0);
+    let beyond_mm = sheath.radius_mm - sheath.b.z;
+    assert!((beyond_mm - ResectoscopeGeometry::CAP_MM).abs() < 1e-6 && sheath.a.z > 100.0);
+    assert!(beyond_mm < ResectoscopeGeometry::BEAK_MM);
     assert!(out.cutting && !out.coagulating, "cutting goes before coagulation");
     let cutter = out.cutter.expect("a loop");
     let deepest = out.pose * (cutter.centre + cutter.down * cutter.depth_mm);

@@ -58,7 +58,7 @@ pub fn measure(regime: &Regime, network: &Network, reference: &Reference) -> (Ve
     let tissue = Tissue::from_network(network).expect("the same network made the system");
     let mut watched = Vec::new();
     for (&time_s, exact) in regime.times_s.iter().zip(&reference.positions) {
-        for effort in [Effort::LEAST, Effort::FULL] {
+        for effort in [Effort::ACCURATE, Effort::FULL] {
             let mut tissue = tissue.clone();
             tissue.set_effort(effort);
             tissue.begin_watch();

@@ -139,10 +139,10 @@ mod tests {
         let prepared = Library::new(Path::new("../../assets")).load("first_cuts").unwrap();
         let mut prepared = prepared.prepare().unwrap();
         let tissue = prepared.tissue.solver_mut();
-        let about = tissue.position(0);
+        let about = tissue.rest_position(0);
         let pushed = Vec3::new(0.5, 0.0, 3.0);
         for node in 0..tissue.node_count() as u32 {
-            let place = tissue.position(node) + pushed;
+            let place = tissue.rest_position(node) + pushed;
             tissue.set_position(node, place).unwrap();
         }
         let drawn_along = |point| drawn_along(tissue, &nodes_about(tissue, &[point]), point);

@@ -48,6 +48,7 @@
 //! ```
 
 mod active;
+mod admit;
 mod advice;
 pub mod assets;
 mod begun;

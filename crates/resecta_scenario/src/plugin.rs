@@ -9,7 +9,7 @@ use resecta_fluid::{
     Bladder, Circulation, ClosedBy, FluidSystems, Irrigation, RedOut, Turbidity, VesselClosed, Vessels,
 };
 use resecta_instrument::{InstrumentPlayback, InstrumentState, InstrumentStopped, InstrumentSystems, Resectoscope};
-use resecta_tissue::{TissueContact, TissueResected, TissueSystems, ToolPartKind};
+use resecta_tissue::{TissueContact, TissueDiagnostics, TissueResected, TissueSystems, ToolLoad, ToolPartKind};
 
 use crate::{
     active::ActiveExercise,
@@ -174,6 +174,8 @@ fn observe(
     time: Res<Time>,
     active: Res<ActiveExercise>,
     instruments: Query<(&InstrumentState, &Resectoscope)>,
+    loads: Query<&ToolLoad>,
+    diagnostics: Option<Res<TissueDiagnostics>>,
     mut contacts: MessageReader<TissueContact>,
     mut resections: MessageReader<TissueResected>,
     mut step: ResMut<StepObservation>,
@@ -183,6 +185,10 @@ fn observe(
         // Despawned by someone: time goes on, and the tip stays where it was.
         Err(_) => StepObservation::idle(time.delta_secs_f64(), InstrumentState::default(), step.tip),
     };
+    step.force_n = (loads.get(active.instrument)).map_or(0.0, |load| f64::from(load.force_n.length()));
+    if let Some(diagnostics) = diagnostics {
+        (step.overlap, step.inverted) = (diagnostics.overlap, diagnostics.inverted as u32);
+    }
     for contact in contacts.read() {
         if contact.tissue == active.tissue && contact.tool == active.instrument {
             step.add_contact(contact, &active.distal);

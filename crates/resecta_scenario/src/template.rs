@@ -103,7 +103,7 @@ const TEMPLATE: &str = r#"// An exercise of Resecta. Look for slips:  resecta va
     // case my); in a mod also one of its cases/ by its name: "my".
     case: "medium",
     // Angle between two rays of the lattice, degrees: 8 is fine, 10 runs faster.
-    alpha_deg: 10,
+    alpha_deg: 14,
 
     // Where the sheath begins; without this line beside the verumontanum.
     instrument: (start: (insertion_mm: 4, pitch_deg: -25)),

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use bevy::prelude::*;
 use resecta_instrument::InstrumentState;
+use resecta_tissue::Overlap;
 
 use crate::metrics::{MetricId, Metrics, StepObservation};
 
@@ -27,8 +28,14 @@ pub struct TraceRow {
     pub tip: Vec3,
     /// Triangles that the instrument touched.
     pub contacts: u32,
-    /// Deepest overlap among them, mm.
+    /// Deepest overlap among them at the end of the step, mm.
     pub largest_depth_mm: f64,
+    /// Force of the tissue on the instrument, N.
+    pub force_n: f64,
+    /// How much tissue lay inside the instrument when the step began.
+    pub overlap: Overlap,
+    /// Pentahedra without volume or turned inside out.
+    pub inverted: u32,
     /// Whether the loop was on the capsule with current on.
     pub current_on_capsule: bool,
     /// Volume removed since the start, mm³ at rest.
@@ -41,7 +48,8 @@ pub struct TraceRow {
 
 /// The columns of [`Trace::write_csv`].
 pub const COLUMNS: &str = "step,time_s,insertion_mm,pitch_deg,yaw_deg,roll_deg,stroke_mm,inflow_tap,outflow_tap,cut,coagulate,\
-    tip_x_mm,tip_y_mm,tip_z_mm,contacts,largest_depth_mm,current_on_capsule,removed_mm3,marked_removed_share,steps_done";
+    tip_x_mm,tip_y_mm,tip_z_mm,contacts,largest_depth_mm,force_n,overlap_mm,thin_overlap_mm,overlap_mm3,inverted,current_on_capsule,\
+    removed_mm3,marked_removed_share,steps_done";
 
 impl TraceRow {
     /// The row of a step that `metrics` has already taken into account.
@@ -53,6 +61,9 @@ impl TraceRow {
             tip: step.tip,
             contacts: step.contacts,
             largest_depth_mm: step.largest_depth_mm,
+            force_n: step.force_n,
+            overlap: step.overlap,
+            inverted: step.inverted,
             current_on_capsule: step.current_on_capsule,
             removed_mm3: metrics.value(MetricId::Removed),
             marked_removed_share: metrics.value(MetricId::MarkedRemovedShare),
@@ -74,6 +85,8 @@ impl Trace {
                 tip,
                 contacts,
                 largest_depth_mm,
+                force_n,
+                inverted,
                 ..
             } = row;
             let TraceRow {
@@ -95,12 +108,17 @@ impl Trace {
                 coagulate,
             } = instrument;
             let Vec3 { x, y, z } = tip;
+            let Overlap {
+                deepest_mm,
+                deepest_in_thin_mm,
+                volume_mm3,
+            } = row.overlap;
             let [cut, coagulate, current_on_capsule] = [*cut, *coagulate, *current_on_capsule].map(u8::from);
             writeln!(
                 out,
                 "{step},{time_s},{insertion_mm},{pitch_deg},{yaw_deg},{roll_deg},{stroke_mm},{inflow_tap},{outflow_tap},\
-                 {cut},{coagulate},{x},{y},{z},{contacts},{largest_depth_mm},{current_on_capsule},{removed_mm3},{marked_removed_share},\
-                 {steps_done}"
+                 {cut},{coagulate},{x},{y},{z},{contacts},{largest_depth_mm},{force_n},{deepest_mm},{deepest_in_thin_mm},{volume_mm3},{inverted},\
+                 {current_on_capsule},{removed_mm3},{marked_removed_share},{steps_done}"
             )?;
         }
         out.flush()
@@ -120,7 +138,7 @@ mod tests {
         trace.write_csv(&mut bytes).unwrap();
         let text = String::from_utf8(bytes).unwrap();
         let fields: Vec<usize> = text.lines().map(|line| line.split(',').count()).collect();
-        assert_eq!(fields, [20; 4], "{text}");
+        assert_eq!(fields, [25; 4], "{text}");
         assert!(
             text.lines()
                 .all(|line| line.split(',').all(|field| !field.trim().is_empty())),

@@ -56,6 +56,14 @@ impl Walls {
         centre.map_or(0.0, |centre| clock_hour(point.truncate() - centre))
     }
 
+    /// The middle of the urethra at a height, mm; none where the organ does not reach.
+    pub fn middle(&self, z: f64) -> Option<DVec3> {
+        let (first, last) = self.heights_mm()?;
+        let is_there = (first..=last).contains(&z);
+        let middle = self.mix(z, |below, above, share| below.centre.lerp(above.centre, share));
+        middle.filter(|_| is_there).map(|middle| middle.extend(z))
+    }
+
     /// The point of the wall of the urethra at a height, in the direction of an hour from its middle, and that direction; none in
     /// a lattice without slices.
     pub fn urethra_at(&self, z: f64, hour: f64) -> Option<(DVec2, DVec2)> {

@@ -45,7 +45,7 @@ fn message(original: &str, replacement: &str) -> String {
 #[test]
 fn what_is_left_out_has_its_stated_default() {
     let exercise = parse(GOOD).unwrap();
-    assert_eq!(exercise.alpha_deg, 8.0);
+    assert_eq!(exercise.alpha_deg, 14.0);
     assert_eq!(exercise.models, Models::default());
     assert_eq!(exercise.models.collapse, Some(CollapseLaw::default()));
     assert_eq!(exercise.instrument.start, None);

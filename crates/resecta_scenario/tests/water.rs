@@ -205,6 +205,7 @@ fn only_coagulation_at_a_vessel_that_bleeds_is_precise() {
                 point,
                 normal: Vec3::Y,
                 depth_mm: 0.1,
+                force_n: 0.1,
                 kind: NodeKind::Inner,
                 current: true,
             });

@@ -66,7 +66,7 @@ impl Tissue {
         };
         self.set_effort(Effort {
             fastest: first,
-            ..Effort::LEAST
+            ..Effort::ACCURATE
         });
         let mut report = AimReport::default();
         let mut start = first.is_finite().then(|| self.clone());
@@ -75,7 +75,7 @@ impl Tissue {
             let slowed = self.effort().fastest < fastest_of_all;
             let beside = if span == 0 || missed || slowed && span.is_multiple_of(SPANS_TO_WATCH) {
                 Beside::Finer
-            } else if span >= next_try && self.effort() != Effort::LEAST {
+            } else if span >= next_try && self.effort() != Effort::ACCURATE {
                 Beside::Coarser
             } else {
                 Beside::Nothing
@@ -83,7 +83,7 @@ impl Tissue {
             match beside {
                 Beside::Nothing => {}
                 Beside::Finer => self.begin_watch(),
-                Beside::Coarser => self.carry(Effort::LEAST),
+                Beside::Coarser => self.carry(Effort::ACCURATE),
             }
             let length = match start {
                 Some(_) if span == 0 => FIRST_SPANS.min(spans as u64),
@@ -122,12 +122,12 @@ impl Tissue {
         let enough = 0.5 * f64::from(self.error_aim_mm());
         // As in `watch.rs`: the error of raised inertias falls a little faster than with the first power of the square. That of
         // softened springs follows no such law: it is small enough as it is, or it is not.
-        let fastest = Effort::LEAST.fastest * (error / enough).max(1.0);
+        let fastest = Effort::ACCURATE.fastest * (error / enough).max(1.0);
         let is_known = error <= enough || watch.other.softened_springs() == 0;
         if is_known && fastest < self.effort().fastest.min(self.fastest_of_all()) {
             self.set_effort(Effort {
                 fastest,
-                ..Effort::LEAST
+                ..Effort::ACCURATE
             });
             return error.min(enough);
         }

@@ -221,18 +221,22 @@ impl Tissue {
             self.measure_held();
         }
         let per_fastest = 1.0 / fastest;
-        let nodes = self
-            .nodes
-            .inverse_inertia
-            .values
-            .iter_mut()
-            .zip(&self.nodes.mass.values);
-        for ((inverse, mass), stiffness) in nodes.zip(&self.scratch.held.stiffness.values) {
+        let is_viscous = self.accuracy.effort.is_viscous();
+        let (inverse, mass) = (&mut self.nodes.inverse_inertia.values, &self.nodes.mass.values);
+        let nodes = inverse.iter_mut().zip(mass).zip(&mut self.motion.velocities.values);
+        for (((inverse, mass), velocity), stiffness) in nodes.zip(&self.scratch.held.stiffness.values) {
             for n in 0..LANES {
                 // None for what does not move: removed nodes, fixed ones and those put aside.
                 let moves = inverse.0[n] > 0.0;
+                let before = inverse.0[n];
                 let weighed = 1.0 / mass.0[n].max(stiffness.0[n] * per_fastest);
                 inverse.0[n] = if moves { weighed } else { 0.0 };
+                if is_viscous && moves && weighed < before {
+                    // A node that becomes heavier keeps its momentum, not its velocity.
+                    for axis in velocity.iter_mut() {
+                        axis.0[n] *= weighed / before;
+                    }
+                }
             }
         }
         self.weighing.inertias = self.weighing.held;

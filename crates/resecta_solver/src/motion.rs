@@ -10,7 +10,7 @@ use fearless_simd::{Simd, f32x8, prelude::*};
 
 use crate::bed::Bed;
 use crate::bound::Plan;
-use crate::contact::Hold;
+use crate::contact::{Holds, Touch};
 use crate::held::Held;
 use crate::kick::{Kick, Kicks};
 use crate::marks::Marks;
@@ -18,6 +18,7 @@ use crate::sites::{LANES, Sites};
 use crate::sleep::SUBSTEPS_A_LOOK;
 use crate::tissue::{Motion, Tissue};
 use crate::vectors::{Registers, SiteVectors, Vectors};
+use crate::viscosity::Viscosity;
 use crate::widest::{Widened, with_widest};
 use crate::{Contact, MOST_SUBSTEPS, PutAside};
 
@@ -113,11 +114,13 @@ impl Widened for Run<'_> {
 pub(crate) struct Scratch {
     pub forces: Vectors,
     pub external: Vectors,
-    /// The contacts of the advance under way.
-    pub contacts: Vec<Hold>,
+    pub pressures: Vectors,
+    /// The contacts of the advance under way, or of the last one.
+    pub contacts: Holds,
     /// The motion before it.
     pub start: Motion,
     pub kicks: Kicks,
+    pub viscosity: Viscosity,
     pub held: Held,
     pub marked_nodes: Marks,
     pub marked_springs: Marks,
@@ -128,9 +131,11 @@ impl Scratch {
         Scratch {
             forces: Vectors::zero(sites),
             external: Vectors::zero(sites),
-            contacts: Vec::new(),
+            pressures: Vectors::zero(sites),
+            contacts: Holds::default(),
             start: Motion::zero(sites),
             kicks: Kicks::zero(sites),
+            viscosity: Viscosity::new(sites),
             held: Held::zero(sites),
             marked_nodes: Marks::new(sites.nodes()),
             marked_springs: Marks::new(spring_count),
@@ -219,6 +224,8 @@ impl Tissue {
         let mut attempt = Attempt::AsItLay;
         self.wake_reached(contacts);
         if self.sleep.is_all_asleep() {
+            // None of them touches: what one reaches would be awake.
+            self.take_hold(plan, contacts);
             return Ok(StepReport {
                 substep_s: plan.substep_s,
                 bound_s: plan.bound_s,
@@ -268,6 +275,10 @@ impl Tissue {
             put_aside
         };
         self.collapse.arrive();
+        if self.accuracy.effort.is_viscous() {
+            // The next advance has its inertias by how the tissue lies now: what a tool squeezes asks for no shorter substeps.
+            self.forget_inertias();
+        }
         Ok(StepReport {
             substeps: plan.substeps,
             substeps_repeated,
@@ -303,16 +314,31 @@ impl Tissue {
         self.take_hold(plan, contacts);
         let scratch = &mut self.scratch;
         scratch.kicks.prepare(plan.substep_s, self.weighing.round, &self.nodes);
+        if self.accuracy.effort.is_viscous() {
+            scratch.viscosity.prepare(&self.springs, &self.nodes.inverse_inertia);
+        }
         let (load, balance) = (&self.nodes.load.values, &self.nodes.balance.values);
         let loads = load.iter().zip(balance).zip(&self.collapse.current().values);
-        for (external, ((load, balance), collapse)) in scratch.external.values.iter_mut().zip(loads) {
+        for (sum, ((load, balance), collapse)) in scratch.external.values.iter_mut().zip(loads) {
             for axis in 0..3 {
                 for n in 0..LANES {
-                    external[axis].0[n] = load[axis].0[n] + balance[axis].0[n] + collapse[axis].0[n];
+                    sum[axis].0[n] = load[axis].0[n] + balance[axis].0[n] + collapse[axis].0[n];
                 }
             }
         }
         scratch.forces.copy_from(&scratch.external);
+    }
+
+    /// Lets the sums of forces begin with the pressures of pentahedra that hold their volume.
+    #[inline(always)]
+    fn add_pressures<S: Simd>(&mut self, simd: S) {
+        let Some(volumes) = &self.volumes else { return };
+        let scratch = &mut self.scratch;
+        volumes.sum_forces(simd, &self.motion.positions, &mut scratch.pressures);
+        let sums = scratch.forces.values.iter_mut().zip(&scratch.external.values);
+        for ((force, external), pressure) in sums.zip(&scratch.pressures.values) {
+            *force = (Registers::load(simd, external) + Registers::load(simd, pressure)).stored();
+        }
     }
 
     /// One substep: forces, the kick that ends the last substep and begins this one (half a kick at the start), drift, and
@@ -320,6 +346,7 @@ impl Tissue {
     #[inline(always)]
     pub(crate) fn substep<S: Simd>(&mut self, simd: S, plan: Plan, substep: u32) {
         self.add_resection_forces(plan);
+        self.add_pressures(simd);
         let scratch = &mut self.scratch;
         let kicks = if substep == 1 {
             &scratch.kicks.half
@@ -327,22 +354,35 @@ impl Tissue {
             &scratch.kicks.whole
         };
         let substep_s = plan.substep_s as f32;
+        let is_viscous = self.accuracy.effort.is_viscous();
         for (number, block) in self.springs.layout().blocks().iter().enumerate() {
             let positions = self.motion.positions.view();
             self.springs
                 .add_forces(simd, (number, block), &self.sleep, positions, &mut scratch.forces);
-            if let Some(volumes) = &self.volumes {
-                let places = &self.motion.positions;
-                volumes.add_forces(simd, number, &self.sleep, places, &mut scratch.forces);
-            }
             if !self.sleep.is_awake(number) {
                 continue;
             }
             let (sites, forces) = (&block.sites, &mut scratch.forces.values[block.sites.clone()]);
             Bed::of(&self.nodes).add_forces(simd, sites, &positions.values[sites.clone()], forces);
             let (kicks, loads) = (&kicks[sites.clone()], &scratch.external.values[sites.clone()]);
-            self.motion
-                .kick_and_drift(simd, sites.clone(), (kicks, substep_s), forces, loads);
+            if is_viscous {
+                self.motion.kick(simd, sites.clone(), kicks, forces, loads);
+            } else {
+                self.motion
+                    .kick_and_drift(simd, sites.clone(), (kicks, substep_s), forces, loads);
+            }
+        }
+        if is_viscous {
+            let inverse_inertia = &self.nodes.inverse_inertia;
+            let velocities = &mut self.motion.velocities;
+            scratch
+                .viscosity
+                .apply(simd, &self.springs, inverse_inertia, velocities);
+            for (number, block) in self.springs.layout().blocks().iter().enumerate() {
+                if self.sleep.is_awake(number) {
+                    self.motion.drift(simd, block.sites.clone(), substep_s);
+                }
+            }
         }
         self.after_substep(plan, substep);
     }
@@ -351,11 +391,12 @@ impl Tissue {
     pub(crate) fn take_hold(&mut self, plan: Plan, contacts: &[Contact]) {
         let duration_s = plan.substep_s as f32 * plan.substeps as f32;
         let inverse_inertia = &self.nodes.inverse_inertia;
-        let held = contacts
-            .iter()
-            .filter_map(|contact| Hold::new(contact, duration_s, inverse_inertia));
-        self.scratch.contacts.clear();
-        self.scratch.contacts.extend(held);
+        self.scratch.contacts.prepare(contacts, duration_s, inverse_inertia);
+    }
+
+    /// What became of the contacts of the last advance, those that were refused left out.
+    pub fn touches(&self) -> impl Iterator<Item = Touch> + '_ {
+        self.scratch.contacts.touches()
     }
 
     /// Lets the forces of resections grow by what they do in a substep.
@@ -373,22 +414,18 @@ impl Tissue {
         if self.sleep.is_any_asleep() && substep.is_multiple_of(SUBSTEPS_A_LOOK) {
             self.wake_by_motion(plan.substep_s * f64::from(substep));
         }
-        for held in &self.scratch.contacts {
-            self.motion.hold(held, time);
-        }
+        self.scratch.contacts.apply(&mut self.motion, time);
     }
 
     /// The forces at the end, and the half kick that ends the last substep.
     #[inline(always)]
     pub(crate) fn end<S: Simd>(&mut self, simd: S) {
+        self.add_pressures(simd);
         let scratch = &mut self.scratch;
         for (number, block) in self.springs.layout().blocks().iter().enumerate() {
             let (positions, forces) = (self.motion.positions.view(), &mut scratch.forces);
             self.springs
                 .add_forces(simd, (number, block), &self.sleep, positions, forces);
-            if let Some(volumes) = &self.volumes {
-                volumes.add_forces(simd, number, &self.sleep, &self.motion.positions, forces);
-            }
             if self.sleep.is_awake(number) {
                 let (places, at) = (&positions.values[block.sites.clone()], block.sites.clone());
                 Bed::of(&self.nodes).add_forces(simd, &block.sites, places, &mut forces.values[at]);
@@ -435,6 +472,41 @@ impl Motion {
         self.velocities.copy_from(&other.velocities);
     }
 
+    /// Kicks the nodes of some sites, and starts the next sum of forces from the loads.
+    #[inline(always)]
+    fn kick<S: Simd>(
+        &mut self,
+        simd: S,
+        sites: Range<usize>,
+        kicks: &[Kick],
+        forces: &mut [SiteVectors],
+        loads: &[SiteVectors],
+    ) {
+        let velocities = &mut self.velocities.values[sites];
+        for n in 0..kicks.len() {
+            velocities[n] = kicks[n].applied(simd, &velocities[n], &forces[n]).stored();
+            forces[n] = loads[n];
+        }
+    }
+
+    /// Moves the nodes of some sites.
+    #[inline(always)]
+    fn drift<S: Simd>(&mut self, simd: S, sites: Range<usize>, time_s: f32) {
+        let (positions, lost) = (
+            &mut self.positions.values[sites.clone()],
+            &mut self.lost.values[sites.clone()],
+        );
+        let velocities = &self.velocities.values[sites];
+        for n in 0..velocities.len() {
+            let now = Registers::load(simd, &velocities[n]);
+            let (before, remains) = (Registers::load(simd, &positions[n]), Registers::load(simd, &lost[n]));
+            let step = now.times(f32x8::splat(simd, time_s)) - remains;
+            let after = before + step;
+            lost[n] = ((after - before) - step).stored();
+            positions[n] = after.stored();
+        }
+    }
+
     /// Kicks and moves the nodes of some sites, and starts the next sum of forces from the loads. One pass.
     #[inline(always)]
     fn kick_and_drift<S: Simd>(
@@ -467,7 +539,7 @@ impl Motion {
 #[cfg(all(test, target_arch = "x86_64"))]
 mod tests {
     use super::*;
-    use crate::{Material, ShearResistance, TissueMesh, TissuePoint, widest::with_level};
+    use crate::{Material, Pusher, ShearResistance, TissueMesh, TissuePoint, widest::with_level};
     use fearless_simd::Level;
     use glam::{DVec2, DVec3, Vec3};
     use resecta_anatomy::{Lattice, LatticeOptions, Section};
@@ -532,12 +604,11 @@ mod tests {
         tissue
             .set_load(60, Vec3::new(300.0, -200.0, 100.0))
             .expect("a finite load");
-        let contact = Contact {
-            point: TissuePoint::on_triangle([0, 1, 2], [0.2, 0.3, 0.5]),
+        let plane = Pusher::HalfSpace {
             normal: Vec3::Z,
-            offset_start: 0.0,
-            offset_end: 0.7,
+            offset_mm: [0.0, 0.7],
         };
+        let contact = Contact::new(TissuePoint::on_triangle([0, 1, 2], [0.2, 0.3, 0.5]), plane);
         let plan = Plan::new(0.02, tissue.bound_s(), tissue.effort()).expect("a plain plan");
         let levels = Level::new();
         let narrower = [levels.as_avx2().map(Level::Avx2), levels.as_sse2().map(Level::Sse2)];

@@ -68,7 +68,7 @@ impl Widened for RunWithCare<'_> {
             tissue.substep(simd, plan, substep);
             if tissue.put_aside_what_is_not_sound(plan, &before, &mut put_aside) {
                 // Who holds a contact with a node that stands still goes all of its way.
-                tissue.take_hold(plan, contacts);
+                tissue.scratch.contacts.reweigh(contacts, &tissue.nodes.inverse_inertia);
             }
         }
         tissue.end(simd);

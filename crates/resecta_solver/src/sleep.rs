@@ -118,12 +118,6 @@ impl Sleep {
         self.asleep == 0 || self.awake[block] || high_blocks(run).into_iter().any(|high| self.awake[high])
     }
 
-    /// Whether one of some blocks is awake.
-    #[inline(always)]
-    pub fn is_any_awake(&self, blocks: &[u32]) -> bool {
-        self.asleep == 0 || blocks.iter().any(|&block| self.awake[block as usize])
-    }
-
     /// Makes blocks neighbours of each other.
     pub fn join(&mut self, blocks: &[u32]) {
         for &one in blocks {

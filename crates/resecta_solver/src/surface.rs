@@ -106,6 +106,20 @@ impl Surface {
         self.owner[slot as usize]
     }
 
+    /// Whether any face of a pentahedron is exposed.
+    #[inline]
+    pub fn is_exposed(&self, pentahedron: u32) -> bool {
+        let first = pentahedron as usize * FACES;
+        self.slots[first..first + FACES].iter().any(|slots| slots[0] != NONE)
+    }
+
+    /// The exposed triangles of a pentahedron with their slots.
+    pub fn triangles_of(&self, pentahedron: u32) -> impl Iterator<Item = (u32, [u32; 3])> + '_ {
+        let first = pentahedron as usize * FACES;
+        let slots = self.slots[first..first + FACES].as_flattened().iter().copied();
+        slots.filter_map(|slot| Some((slot, self.triangle(slot)?)))
+    }
+
     /// Every slot in use and its triangle, by rising slot.
     pub fn triangles(&self) -> impl Iterator<Item = (u32, [u32; 3])> + '_ {
         (0u32..)

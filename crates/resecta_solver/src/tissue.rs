@@ -28,7 +28,7 @@ use crate::sleep::Sleep;
 use crate::springs::Springs;
 use crate::surface::Surface;
 use crate::team::Team;
-use crate::vectors::{Scalars, Vectors};
+use crate::vectors::{Scalars, Segment, Vectors};
 use crate::volumes::Volumes;
 use crate::watch::{Accuracy, Watch};
 
@@ -246,6 +246,14 @@ impl Tissue {
         near
     }
 
+    /// The living nodes near any of some segments, ascending. Looks at all, some ten thousand in 3 µs a segment.
+    pub fn nodes_near(&self, segments: &[Segment]) -> Vec<u32> {
+        let mut near = self.motion.positions.near(segments);
+        near.retain(|&node| self.is_node_alive(node));
+        near.sort_unstable();
+        near
+    }
+
     /// The living node that is nearest to a point, of several the one of the lowest index; none where none is within a distance, mm.
     pub fn nearest_node(&self, point: Vec3, within_mm: f32) -> Option<u32> {
         let far = |node: &u32| self.position(*node).distance_squared(point);
@@ -390,6 +398,13 @@ impl Tissue {
             .collect()
     }
 
+    /// How many living pentahedra have no volume or are turned inside out.
+    pub fn inverted_count(&self) -> usize {
+        self.living_pentahedron_indices()
+            .filter(|&pentahedron| self.volume_of(pentahedron) <= 0.0)
+            .count()
+    }
+
     /// Volume that the living pentahedra hold as they are now, mm³: what the exposed surface encloses, if none is thinned.
     pub fn volume_mm3(&self) -> f64 {
         self.living_pentahedron_indices()
@@ -410,6 +425,11 @@ impl Tissue {
     /// The exposed surface.
     pub fn surface(&self) -> &Surface {
         &self.surface
+    }
+
+    /// How far the centroid of a pentahedron is at most from its first node at rest, mm.
+    pub fn reach_mm(&self) -> f32 {
+        self.reach
     }
 
     /// Mean rest length of the springs, mm.

@@ -183,11 +183,70 @@ impl Vectors {
         })
     }
 
+    /// The nodes whose vector ends near any of some segments. Looks at all.
+    pub fn near(&self, segments: &[Segment]) -> Vec<u32> {
+        with_widest(Near {
+            vectors: self,
+            segments,
+        })
+    }
+
     /// `count` sites from each of `firsts` on, to be read and written side by side though they overlap.
     #[inline(always)]
     pub fn shared<const N: usize>(&mut self, firsts: [usize; N], count: usize) -> [&[Cell<SiteVectors>]; N] {
         let cells = Cell::from_mut(&mut self.values[..]).as_slice_of_cells();
         firsts.map(|first| &cells[first..][..count])
+    }
+}
+
+/// Nodes near any of some segments: see [`Vectors::near`].
+struct Near<'a> {
+    vectors: &'a Vectors,
+    segments: &'a [Segment],
+}
+
+/// A segment with a radius, mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Segment {
+    /// Its ends.
+    pub ends: [Vec3; 2],
+    /// How far from it something counts as near.
+    pub radius_mm: f32,
+}
+
+impl Widened for Near<'_> {
+    type Output = Vec<u32>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Vec<u32> {
+        let Near { vectors, segments } = self;
+        let splat = |vector: Vec3| Registers {
+            x: f32x8::splat(simd, vector.x),
+            y: f32x8::splat(simd, vector.y),
+            z: f32x8::splat(simd, vector.z),
+        };
+        let (zero, one) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 1.0));
+        let mut near = Vec::new();
+        for (site, places) in vectors.values.iter().enumerate() {
+            let places = Registers::load(simd, places);
+            let mut is_near = zero.simd_gt(one);
+            for segment in segments {
+                let [a, b] = segment.ends;
+                let along = b - a;
+                let squared = along.length_squared();
+                let per_squared = if squared > 0.0 { 1.0 / squared } else { 0.0 };
+                let (away, way) = (places - splat(a), splat(along));
+                let product = fused(away.x, way.x, fused(away.y, way.y, away.z * way.z));
+                let share = (product * f32x8::splat(simd, per_squared)).max(zero).min(one);
+                let squares = (away - way.times(share)).length_squared();
+                is_near |= squares.simd_le(f32x8::splat(simd, segment.radius_mm * segment.radius_mm));
+            }
+            if is_near.any_true() {
+                let lanes = (0..LANES).filter(|&lane| is_near.test(lane));
+                near.extend(lanes.filter_map(|lane| vectors.sites.node(site, lane)));
+            }
+        }
+        near
     }
 }
 

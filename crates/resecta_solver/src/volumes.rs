@@ -7,7 +7,6 @@ use fearless_simd::Simd;
 use glam::Vec3;
 
 use crate::sites::{LANES, Sites};
-use crate::sleep::Sleep;
 use crate::vectors::{Registers, SiteVectors, Vectors};
 use crate::volume_effects::{Bundle, Effect, Forces, Tensors, numbered_anew};
 use crate::volume_runs::{Loose, Run, VolumeLayout};
@@ -59,111 +58,101 @@ impl Volumes {
         self.bundles[slot / LANES].stiffness.0[slot % LANES] *= left as f32;
     }
 
-    /// Adds the force of every pentahedron of a block to its corners, µN. Runs whose corners all sleep are left out.
+    /// Sums up the forces of all pentahedra on their corners, µN.
     #[inline(always)]
-    pub fn add_forces<S: Simd>(&self, simd: S, block: usize, sleep: &Sleep, positions: &Vectors, forces: &mut Vectors) {
-        for run in self.layout.runs(block) {
-            if sleep.is_any_awake(&run.blocks) {
-                self.add_run::<Forces, 1, S>(simd, run, positions, [&mut *forces]);
-            }
-        }
-        for loose in self.layout.loose(block) {
-            self.add_loose::<Forces, 1, S>(simd, loose, positions, [&mut *forces]);
-        }
+    pub fn sum_forces<S: Simd>(&self, simd: S, positions: &Vectors, forces: &mut Vectors) {
+        forces.values.fill(SiteVectors::default());
+        self.add::<Forces, 1, S>(simd, positions, [forces]);
     }
 
     /// Adds half of the tensor that bounds how each pentahedron holds its corners, µN/mm: xx, yy, zz to the one, yz, xz, xy
     /// to the other.
     #[inline(always)]
     pub fn add_tensors<S: Simd>(&self, simd: S, positions: &Vectors, diagonal: &mut Vectors, across: &mut Vectors) {
-        for block in 0..self.layout.block_count() {
-            for run in self.layout.runs(block) {
-                self.add_run::<Tensors, 2, S>(simd, run, positions, [&mut *diagonal, &mut *across]);
+        self.add::<Tensors, 2, S>(simd, positions, [diagonal, across]);
+    }
+
+    /// Adds what all pentahedra do to their corners.
+    #[inline(always)]
+    fn add<E: Effect<N>, const N: usize, S: Simd>(&self, simd: S, positions: &Vectors, mut sums: [&mut Vectors; N]) {
+        let Volumes { bundles, layout, .. } = self;
+        for block in 0..layout.block_count() {
+            for run in layout.runs(block) {
+                let bundles = &bundles[run.first_bundle..][..run.bundles];
+                let sums = sums.each_mut().map(|sum| &mut **sum);
+                if run.turns == [0; 6] {
+                    add_bundles::<E, N, false, S>(simd, (run, bundles), positions, sums);
+                } else {
+                    add_bundles::<E, N, true, S>(simd, (run, bundles), positions, sums);
+                }
             }
-            for loose in self.layout.loose(block) {
-                self.add_loose::<Tensors, 2, S>(simd, loose, positions, [&mut *diagonal, &mut *across]);
+            for loose in layout.loose(block) {
+                let sums = sums.each_mut().map(|sum| &mut **sum);
+                add_loose::<E, N, S>(simd, (loose, &bundles[loose.bundle]), positions, sums);
             }
         }
     }
+}
 
-    #[inline(always)]
-    fn add_run<E: Effect<N>, const N: usize, S: Simd>(
-        &self,
-        simd: S,
-        run: &Run,
-        positions: &Vectors,
-        sums: [&mut Vectors; N],
-    ) {
-        if run.turns == [0; 6] {
-            self.add_bundles::<E, N, false, S>(simd, run, positions, sums);
-        } else {
-            self.add_bundles::<E, N, true, S>(simd, run, positions, sums);
-        }
-    }
-
-    #[inline(always)]
-    fn add_bundles<E: Effect<N>, const N: usize, const TURNED: bool, S: Simd>(
-        &self,
-        simd: S,
-        run: &Run,
-        positions: &Vectors,
-        sums: [&mut Vectors; N],
-    ) {
-        let bundles = &self.bundles[run.first_bundle..][..run.bundles];
-        let places = run.firsts.map(|first| &positions.values[first..][..bundles.len()]);
-        let sums = sums.map(|sum| sum.shared(run.firsts, bundles.len()));
-        let turns = run.turns;
-        for n in 0..bundles.len() {
-            let mut corners = [Registers::zero(simd); 6];
-            for c in 0..6 {
-                corners[c] = Registers::load(simd, &places[c][n]);
-                if TURNED && c > 0 {
-                    corners[c] = turned_by(corners[c], turns[c]);
-                }
-            }
-            let effects = E::on(simd, &bundles[n], corners);
-            for i in 0..N {
-                // One after the other: two corners may lie in one site.
-                for c in 0..6 {
-                    let mut effect = effects[i][c];
-                    if TURNED && c > 0 {
-                        effect = turned_by(effect, (LANES as u8 - turns[c]) % LANES as u8);
-                    }
-                    let sum = Registers::load(simd, &sums[i][c][n].get());
-                    sums[i][c][n].set((sum + effect).stored());
-                }
-            }
-        }
-    }
-
-    /// Positions are gathered, effects scattered, and only what lies between is done in registers.
-    #[inline(always)]
-    fn add_loose<E: Effect<N>, const N: usize, S: Simd>(
-        &self,
-        simd: S,
-        loose: &Loose,
-        positions: &Vectors,
-        sums: [&mut Vectors; N],
-    ) {
-        let mut places = [SiteVectors::default(); 6];
-        for (lane, corners) in loose.corners.iter().enumerate() {
-            for (places, &node) in places.iter_mut().zip(corners) {
-                for (component, place) in places.iter_mut().zip(positions.at(node).to_array()) {
-                    component.0[lane] = place;
-                }
-            }
-        }
+#[inline(always)]
+fn add_bundles<E: Effect<N>, const N: usize, const TURNED: bool, S: Simd>(
+    simd: S,
+    (run, bundles): (&Run, &[Bundle]),
+    positions: &Vectors,
+    sums: [&mut Vectors; N],
+) {
+    let places = run.firsts.map(|first| &positions.values[first..][..bundles.len()]);
+    let sums = sums.map(|sum| sum.shared(run.firsts, bundles.len()));
+    let turns = run.turns;
+    for n in 0..bundles.len() {
         let mut corners = [Registers::zero(simd); 6];
         for c in 0..6 {
-            corners[c] = Registers::load(simd, &places[c]);
+            corners[c] = Registers::load(simd, &places[c][n]);
+            if TURNED && c > 0 {
+                corners[c] = turned_by(corners[c], turns[c]);
+            }
         }
-        let effects = E::on(simd, &self.bundles[loose.bundle], corners);
-        for (effects, sum) in effects.into_iter().zip(sums) {
+        let effects = E::on(simd, &bundles[n], corners);
+        for i in 0..N {
+            // One after the other: two corners may lie in one site.
             for c in 0..6 {
-                let effect = effects[c].stored();
-                for (lane, corners) in loose.corners.iter().enumerate() {
-                    sum.add(corners[c], Vec3::from_array(effect.map(|component| component.0[lane])));
+                let mut effect = effects[i][c];
+                if TURNED && c > 0 {
+                    effect = turned_by(effect, (LANES as u8 - turns[c]) % LANES as u8);
                 }
+                let sum = Registers::load(simd, &sums[i][c][n].get());
+                sums[i][c][n].set((sum + effect).stored());
+            }
+        }
+    }
+}
+
+/// Positions are gathered, effects scattered, and only what lies between is done in registers.
+#[inline(always)]
+fn add_loose<E: Effect<N>, const N: usize, S: Simd>(
+    simd: S,
+    (loose, bundle): (&Loose, &Bundle),
+    positions: &Vectors,
+    sums: [&mut Vectors; N],
+) {
+    let mut places = [SiteVectors::default(); 6];
+    for (lane, corners) in loose.corners.iter().enumerate() {
+        for (places, &node) in places.iter_mut().zip(corners) {
+            for (component, place) in places.iter_mut().zip(positions.at(node).to_array()) {
+                component.0[lane] = place;
+            }
+        }
+    }
+    let mut corners = [Registers::zero(simd); 6];
+    for c in 0..6 {
+        corners[c] = Registers::load(simd, &places[c]);
+    }
+    let effects = E::on(simd, bundle, corners);
+    for (effects, sum) in effects.into_iter().zip(sums) {
+        for c in 0..6 {
+            let effect = effects[c].stored();
+            for (lane, corners) in loose.corners.iter().enumerate() {
+                sum.add(corners[c], Vec3::from_array(effect.map(|component| component.0[lane])));
             }
         }
     }
@@ -191,28 +180,26 @@ mod tests {
 
     use super::*;
     use crate::pressure::pressure_over_stiffness;
-    use crate::runs::BLOCK;
-    use crate::sites::Lanes;
     use crate::springs::Springs;
     use crate::widest::{Widened, with_widest};
 
     const STIFFNESS: f64 = 700.0;
 
-    struct OfBlock<'a>(&'a Volumes, usize, &'a Sleep, &'a Vectors, &'a mut Vectors);
+    struct OfAll<'a>(&'a Volumes, &'a Vectors, &'a mut Vectors);
 
-    impl Widened for OfBlock<'_> {
+    impl Widened for OfAll<'_> {
         type Output = ();
 
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) {
-            let OfBlock(volumes, block, sleep, positions, forces) = self;
-            volumes.add_forces(simd, block, sleep, positions, forces);
+            let OfAll(volumes, positions, forces) = self;
+            volumes.sum_forces(simd, positions, forces);
         }
     }
 
     /// Pentahedra that follow a lattice and some that follow none, over several blocks and ranges of lanes, a third of them
-    /// in each of the ways to be numbered and half of them inside out, with the sites and who sleeps.
-    fn scene() -> (Volumes, Vec<[u32; 6]>, Vec<f64>, Vectors, Sleep) {
+    /// in each of the ways to be numbered and half of them inside out.
+    fn scene() -> (Volumes, Vec<[u32; 6]>, Vec<f64>, Vectors) {
         const COUNT: u32 = 4510;
         let (ring, layer) = (51, 663);
         let lattice = (0..COUNT - layer - ring - 1).filter(|n| n % 11 != 0).flat_map(|n| {
@@ -249,7 +236,7 @@ mod tests {
         let positions = Vectors::of(sites, (0..COUNT).map(place));
         let rest: Vec<f64> = (0..pentahedra.len()).map(|n| 20.0 + (n % 7) as f64).collect();
         let volumes = Volumes::new(sites, &pentahedra, &rest, STIFFNESS);
-        (volumes, pentahedra, rest, positions, Sleep::none(springs.layout()))
+        (volumes, pentahedra, rest, positions)
     }
 
     /// Sum of the forces by the gradients of `wedge`, and of their sizes, a node each.
@@ -271,7 +258,7 @@ mod tests {
 
     #[test]
     fn forces_are_pressure_times_gradient_whatever_the_layout() {
-        let (volumes, pentahedra, rest, positions, sleep) = scene();
+        let (volumes, pentahedra, rest, positions) = scene();
         let blocks = volumes.layout.block_count();
         let turned = |block| {
             volumes
@@ -294,9 +281,7 @@ mod tests {
         );
 
         let mut together = Vectors::zero(positions.sites());
-        for block in 0..blocks {
-            with_widest(OfBlock(&volumes, block, &sleep, &positions, &mut together));
-        }
+        with_widest(OfAll(&volumes, &positions, &mut together));
         for (node, (sum, size)) in (0u32..).zip(alone(&pentahedra, &rest, &positions, 4510)) {
             let off = together.at(node).as_dvec3().distance(sum);
             assert!(
@@ -308,11 +293,9 @@ mod tests {
 
     #[test]
     fn forces_have_no_resultant_and_no_moment() {
-        let (volumes, _, _, positions, sleep) = scene();
+        let (volumes, _, _, positions) = scene();
         let mut forces = Vectors::zero(positions.sites());
-        for block in 0..volumes.layout.block_count() {
-            with_widest(OfBlock(&volumes, block, &sleep, &positions, &mut forces));
-        }
+        with_widest(OfAll(&volumes, &positions, &mut forces));
         let (mut force, mut moment, mut size) = (DVec3::ZERO, DVec3::ZERO, 0.0);
         for node in 0..4510 {
             let at = forces.at(node).as_dvec3();
@@ -323,24 +306,6 @@ mod tests {
         let rounding = size * f64::from(f32::EPSILON);
         assert!(force.length() <= rounding, "{force} of {size}");
         assert!(moment.length() <= 5.0 * rounding, "{moment} of {size}");
-    }
-
-    #[test]
-    fn the_forces_on_a_block_are_complete_once_it_is_done() {
-        let (volumes, _, _, positions, sleep) = scene();
-        let sites = positions.sites();
-        let (mut all, mut so_far) = (Vectors::zero(sites), Vectors::zero(sites));
-        for block in 0..volumes.layout.block_count() {
-            with_widest(OfBlock(&volumes, block, &sleep, &positions, &mut all));
-        }
-        for block in 0..volumes.layout.block_count() {
-            // Nodes that are done have moved on: nothing may read them.
-            let mut moved = positions.clone();
-            moved.values[..block * BLOCK].fill([Lanes([f32::NAN; LANES]); 3]);
-            with_widest(OfBlock(&volumes, block, &sleep, &moved, &mut so_far));
-            let sites = block * BLOCK..((block + 1) * BLOCK).min(sites.count());
-            assert_eq!(so_far.values[sites.clone()], all.values[sites]);
-        }
     }
 
     #[test]
@@ -360,7 +325,7 @@ mod tests {
 
     #[test]
     fn a_removed_pentahedron_presses_no_more() {
-        let (mut volumes, mut pentahedra, mut rest, positions, sleep) = scene();
+        let (mut volumes, mut pentahedra, mut rest, positions) = scene();
         let gone: Vec<usize> = (0..pentahedra.len()).filter(|n| n % 3 == 1).collect();
         for &n in gone.iter().rev() {
             volumes.weaken(n as u32, 0.0);
@@ -369,9 +334,7 @@ mod tests {
             rest.remove(n);
         }
         let mut forces = Vectors::zero(positions.sites());
-        for block in 0..volumes.layout.block_count() {
-            with_widest(OfBlock(&volumes, block, &sleep, &positions, &mut forces));
-        }
+        with_widest(OfAll(&volumes, &positions, &mut forces));
         for (node, (sum, size)) in (0u32..).zip(alone(&pentahedra, &rest, &positions, 4510)) {
             let off = forces.at(node).as_dvec3().distance(sum);
             assert!(

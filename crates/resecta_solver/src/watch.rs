@@ -27,11 +27,20 @@ const MOST_EFFORT: f64 = 16.0;
 const CALM_WATCHES: u32 = 8;
 const CALM: f64 = 0.1;
 
-/// Squares of frequencies are held down to at least this many times the usual one. By measurement on the lattice of the
+/// Squares of frequencies are held down to at most this many times the usual one. By measurement on the lattice of the
 /// papers' size (10,800 nodes) after a dozen cuts, this saves three of five substeps that the masses would ask for (half of
 /// them with diagonals), and the error over 1/60 s is 8e-3 mm RMS (3e-4 mm with diagonals): `resecta rates` prints it for
 /// every lattice.
-const LEAST_FASTEST: f64 = 1.25;
+const ACCURATE_FASTEST: f64 = 1.25;
+
+/// The same where speed matters more. Every node then has several times its mass, and moves as slowly as tissue so viscous does anyway.
+const FAST_FASTEST: f64 = 0.12;
+
+/// Substeps for one that stability asks for: tools squeeze tissue within a step, and one that outran its bound is made again.
+const FAST_SUBSTEPS: f64 = 1.1;
+
+/// The least that may be asked for: far below it tissue is slower than any hand.
+const LEAST_FASTEST: f64 = 0.01;
 
 /// Nodes are softened down to at least this many times the usual stiffness (`soften.rs`). Measured on a shell 10,000 times
 /// stiffer inside the common scene of 10,800 nodes (moved 0.52 mm RMS after 0.1 s): 5, 10, 20 and 100 times all miss the true
@@ -48,9 +57,10 @@ pub(crate) struct Watch {
 /// What a tissue does for its accuracy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
-    /// The largest square of a frequency that is stepped, over the usual one (the median of the nodes as built): 1.25 and up.
+    /// The largest square of a frequency that is stepped, over the usual one (the median of the nodes as built): 0.01 and up.
     /// Infinite: every node moves by its mass, every spring has its stiffness. Otherwise what is faster is slowed down, by
-    /// more inertia and, where springs are far stiffer than usual, by less stiffness.
+    /// more inertia and, where springs are far stiffer than usual, by less stiffness. Below 1 even the usual node is; then tissue
+    /// has internal viscosity besides (`viscosity.rs`), without which it would ring.
     pub fastest: f64,
     /// To what slower springs may be softened: how stiffly a node is held, over the usual; 10 and up.
     pub stiffest: f64,
@@ -59,9 +69,15 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// Cheapest: what a tissue built from pentahedra starts with.
-    pub const LEAST: Effort = Effort {
-        fastest: LEAST_FASTEST,
+    /// Few substeps, each of which errs by some hundredths of a millimetre: for scenes that are to run in real time.
+    pub const FAST: Effort = Effort {
+        fastest: FAST_FASTEST,
+        stiffest: LEAST_STIFFEST,
+        substeps: FAST_SUBSTEPS,
+    };
+    /// What a tissue built from pentahedra starts with.
+    pub const ACCURATE: Effort = Effort {
+        fastest: ACCURATE_FASTEST,
         stiffest: LEAST_STIFFEST,
         substeps: 1.0,
     };
@@ -71,6 +87,11 @@ impl Effort {
         stiffest: f64::INFINITY,
         substeps: 1.0,
     };
+
+    /// Whether nodes exchange velocity: see [`Effort::fastest`].
+    pub(crate) fn is_viscous(&self) -> bool {
+        self.fastest < 1.0
+    }
 
     /// So many times the frequencies and stiffnesses, squared; all of them where that is more than there are.
     fn times(self, factor: f64, fastest_of_all: f64) -> Effort {
@@ -117,11 +138,11 @@ impl Effort {
         }
     }
 
-    /// Less, by a step.
-    fn lowered(self, usual: Option<Usual>) -> Effort {
-        if self.substeps > 1.0 {
+    /// Less, by a step, but no less than a base.
+    fn lowered(self, usual: Option<Usual>, base: Effort) -> Effort {
+        if self.substeps > base.substeps {
             return Effort {
-                substeps: (0.5 * self.substeps).max(1.0),
+                substeps: (0.5 * self.substeps).max(base.substeps),
                 ..self
             };
         }
@@ -130,8 +151,8 @@ impl Effort {
             (0.5 * value.min(of_all)).max(least)
         };
         Effort {
-            fastest: half(self.fastest, |usual| usual.fastest, LEAST_FASTEST),
-            stiffest: half(self.stiffest, |usual| usual.stiffest, LEAST_STIFFEST),
+            fastest: half(self.fastest, |usual| usual.fastest, base.fastest),
+            stiffest: half(self.stiffest, |usual| usual.stiffest, base.stiffest),
             ..self
         }
     }
@@ -142,6 +163,8 @@ impl Effort {
 pub(crate) struct Accuracy {
     pub aim_mm: f32,
     pub effort: Effort,
+    /// The effort that was asked for: watches add to it and take that back.
+    base: Effort,
     /// Watches in a row with an error far below the aim.
     calm: u32,
 }
@@ -150,7 +173,8 @@ impl Accuracy {
     pub fn new() -> Accuracy {
         Accuracy {
             aim_mm: DEFAULT_ERROR_AIM_MM,
-            effort: Effort::LEAST,
+            effort: Effort::ACCURATE,
+            base: Effort::ACCURATE,
             calm: 0,
         }
     }
@@ -174,7 +198,7 @@ impl Accuracy {
             self.calm += 1;
             if self.calm >= CALM_WATCHES {
                 self.calm = 0;
-                self.effort = self.effort.lowered(usual);
+                self.effort = self.effort.lowered(usual, self.base);
             }
         }
         missed
@@ -182,7 +206,7 @@ impl Accuracy {
 }
 
 fn fastest_of_all(usual: Option<Usual>) -> f64 {
-    usual.map_or(LEAST_FASTEST, |usual| f64::from(usual.fastest).max(LEAST_FASTEST))
+    usual.map_or(ACCURATE_FASTEST, |usual| f64::from(usual.fastest).max(ACCURATE_FASTEST))
 }
 
 impl Tissue {
@@ -210,8 +234,13 @@ impl Tissue {
         self.accuracy.effort
     }
 
-    /// Sets what it does for its aim, till a watch changes it. Where either number is out of its range, the nearest is taken.
+    /// Sets what it does for its aim at least: watches add to it and take that back. Where either number is out of its range, the nearest is taken.
     pub fn set_effort(&mut self, effort: Effort) {
+        self.change_effort(effort);
+        self.accuracy.base = self.accuracy.effort;
+    }
+
+    fn change_effort(&mut self, effort: Effort) {
         let within = |value: f64, least: f64, most: f64| if value >= least { value.min(most) } else { least };
         let effort = Effort {
             fastest: within(effort.fastest, LEAST_FASTEST, f64::INFINITY),
@@ -300,7 +329,7 @@ impl Tissue {
         let before = self.accuracy.effort;
         let missed = self.accuracy.heed(error_mm, self.usual);
         let effort = std::mem::replace(&mut self.accuracy.effort, before);
-        self.set_effort(effort);
+        self.change_effort(effort);
         missed
     }
 
@@ -350,7 +379,7 @@ mod tests {
         for _ in 0..100 {
             assert!(!accuracy.heed(1e-5, usual));
         }
-        assert_eq!(accuracy.effort, Effort::LEAST);
+        assert_eq!(accuracy.effort, Effort::ACCURATE);
     }
 
     #[test]
@@ -359,10 +388,10 @@ mod tests {
         let cost = |effort: Effort, of_all: f64| effort.substeps * effort.fastest.min(of_all).sqrt();
         let some = Effort {
             fastest: 3.0,
-            ..Effort::LEAST
+            ..Effort::ACCURATE
         };
         for of_all in [1.25, 2.0, 5.0, 30.0, 1e4] {
-            for effort in [Effort::LEAST, some, Effort::FULL] {
+            for effort in [Effort::FAST, Effort::ACCURATE, some, Effort::FULL] {
                 let ratio = cost(effort.finer(of_all), of_all) / cost(effort, of_all);
                 assert!((2.0 - 1e-9..2.9).contains(&ratio), "{effort:?} {of_all}: {ratio}");
             }

@@ -142,7 +142,7 @@ fn full_effort_gives_springs_back_their_stiffness_to_the_bit() {
     let network = pulled(1e4);
     let (mut changed, mut fresh) = (tissue(&network), tissue(&network));
     let bound_s = fresh.bound_s();
-    changed.set_effort(Effort::LEAST);
+    changed.set_effort(Effort::ACCURATE);
     assert!(changed.bound_s() > 20.0 * bound_s && changed.softened_springs() > 0);
     // An edit while springs are softened is not lost.
     for tissue in [&mut changed, &mut fresh] {
@@ -170,7 +170,7 @@ fn with_softened_springs_the_energy_of_what_is_stepped_stays() {
     // So short that the energy leapfrog keeps is near the true one.
     tissue.set_effort(Effort {
         substeps: 6.0,
-        ..Effort::LEAST
+        ..Effort::ACCURATE
     });
     tissue.bound_s();
     let start = tissue.energy().total();

@@ -7,7 +7,7 @@ use common::networks::{cube, tissue};
 use common::{block_mesh, tube};
 use glam::{DVec3, Vec3};
 use resecta_solver::{
-    Contact, EditError, LoopPose, LoopSweep, Material, ShearResistance, StepError, Tissue, TissuePoint,
+    Contact, EditError, LoopPose, LoopSweep, Material, Pusher, ShearResistance, StepError, Tissue, TissuePoint,
 };
 
 const NO_NUMBERS: [f32; 3] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
@@ -123,32 +123,57 @@ fn a_time_that_cannot_be_is_refused_by_name_and_nothing_moves() {
     }
 }
 
+fn with_point(point: TissuePoint) -> Contact {
+    Contact::new(point, plane(Vec3::X, [-100.0; 2]))
+}
+
+fn with_pusher(pusher: Pusher) -> Contact {
+    Contact::new(TissuePoint::on_triangle([0, 1, 20], [0.2, 0.3, 0.5]), pusher)
+}
+
+fn plane(normal: Vec3, offset_mm: [f32; 2]) -> Pusher {
+    Pusher::HalfSpace { normal, offset_mm }
+}
+
+fn capsule(end: Vec3, radius_mm: f32) -> Pusher {
+    Pusher::Capsule {
+        from: [end, Vec3::new(900.0, 0.0, 0.0)],
+        to: [Vec3::new(800.0, 0.0, 0.0), Vec3::new(900.0, 0.0, 0.0)],
+        radius_mm,
+    }
+}
+
 #[test]
 fn a_contact_with_a_number_that_is_none_is_left_out_and_counted() {
-    let plain = Contact {
-        point: TissuePoint::on_triangle([0, 1, 20], [0.2, 0.3, 0.5]),
-        normal: Vec3::X,
-        offset_start: -100.0,
-        offset_end: -100.0,
-    };
-    type Put = fn(&mut Contact, f32);
-    let fields: [Put; 8] = [
-        |contact, value| contact.point = TissuePoint::on_triangle([0, 1, 20], [value, 0.3, 0.5]),
-        |contact, value| contact.point = TissuePoint::on_triangle([0, 1, 20], [0.2, value, 0.5]),
-        |contact, value| {
-            contact.point = TissuePoint::in_pentahedron([0, 1, 20, 2, 3, 4], [0.2, 0.3, 0.5, 0.0, 0.0, value])
+    type Put = fn(f32) -> Contact;
+    let at = |weights| TissuePoint::on_triangle([0, 1, 20], weights);
+    let fields: [Put; 12] = [
+        |value| with_point(TissuePoint::on_triangle([0, 1, 20], [value, 0.3, 0.5])),
+        |value| with_point(TissuePoint::on_triangle([0, 1, 20], [0.2, value, 0.5])),
+        |value| {
+            let weights = [0.2, 0.3, 0.5, 0.0, 0.0, value];
+            with_point(TissuePoint::in_pentahedron([0, 1, 20, 2, 3, 4], weights))
         },
-        |contact, value| contact.normal.x = value,
-        |contact, value| contact.normal.y = value,
-        |contact, value| contact.normal.z = value,
-        |contact, value| contact.offset_start = value,
-        |contact, value| contact.offset_end = value,
+        |value| with_pusher(plane(Vec3::new(value, 0.0, 0.0), [-100.0; 2])),
+        |value| with_pusher(plane(Vec3::new(1.0, value, 0.0), [-100.0; 2])),
+        |value| with_pusher(plane(Vec3::new(1.0, 0.0, value), [-100.0; 2])),
+        |value| with_pusher(plane(Vec3::X, [value, -100.0])),
+        |value| with_pusher(plane(Vec3::X, [-100.0, value])),
+        |value| with_pusher(capsule(Vec3::new(0.0, value, 0.0), 1.0)),
+        |value| with_pusher(capsule(Vec3::ZERO, value)),
+        |value| Contact {
+            inward: Some(Vec3::splat(value)),
+            ..with_pusher(capsule(Vec3::ZERO, 1.0))
+        },
+        |value| Contact {
+            overlap_mm: value,
+            ..with_pusher(capsule(Vec3::ZERO, 1.0))
+        },
     ];
+    let plain = Contact::new(at([0.2, 0.3, 0.5]), plane(Vec3::X, [-100.0; 2]));
     let mut contacts = vec![plain];
-    for (put, value) in fields.into_iter().flat_map(|put| NO_NUMBERS.map(|value| (put, value))) {
-        let mut contact = plain;
-        put(&mut contact, value);
-        contacts.push(contact);
+    for value in NO_NUMBERS {
+        contacts.extend(fields.iter().map(|field| field(value)));
     }
     contacts.push(Contact {
         point: TissuePoint::on_triangle([0, 1, u32::MAX], [0.2, 0.3, 0.5]),

@@ -42,19 +42,9 @@ fn a_node_set_far_away_is_refused_or_put_aside_alone() {
 
 #[test]
 fn a_contact_that_is_finite_but_beyond_all_scenes_stops_nothing_but_its_nodes() {
-    let plain = Contact {
-        point: TissuePoint::node(40),
-        normal: Vec3::X,
-        offset_start: 30.0,
-        offset_end: 30.0,
-    };
     for far in [1e18f32, 1e25, f32::MAX] {
         let start = || tube(18.0, ShearResistance::Diagonals);
-        let offset = Contact {
-            offset_start: far,
-            offset_end: far,
-            ..plain
-        };
+        let offset = Contact::with_plane(TissuePoint::node(40), Vec3::X, [far; 2]);
         goes_on(&format!("offset {far} mm"), start(), &[40], &[offset]);
     }
 }

@@ -104,11 +104,12 @@ fn a_sheath_that_widens_a_narrow_lumen_turns_nothing_inside_out() {
                 let radius = |frame: u32| 2.5 + 2.0 * (frame as f32 / 30.0).min(1.0);
                 let contacts: Vec<Contact> = lumen
                     .iter()
-                    .map(|&node| Contact {
-                        point: TissuePoint::node(node),
-                        normal: tissue.rest_position(node).with_z(0.0).normalize(),
-                        offset_start: radius(frame),
-                        offset_end: radius(frame + 1),
+                    .map(|&node| {
+                        Contact::with_plane(
+                            TissuePoint::node(node),
+                            tissue.rest_position(node).with_z(0.0).normalize(),
+                            [radius(frame), radius(frame + 1)],
+                        )
                     })
                     .collect();
                 let report = tissue.advance(1.0 / 60.0, &contacts).expect("divided if need be");
@@ -154,12 +155,7 @@ fn a_block_squeezed_to_half_between_plates_turns_nothing_inside_out() {
             for frame in 0..60u32 {
                 let gap = |frame: u32| 12.0 - 6.0 * (frame as f32 / 30.0).min(1.0);
                 let plate = |nodes: &[u32], normal: Vec3, start: f32, end: f32| -> Vec<Contact> {
-                    let on = |&node: &u32| Contact {
-                        point: TissuePoint::node(node),
-                        normal,
-                        offset_start: start,
-                        offset_end: end,
-                    };
+                    let on = |&node: &u32| Contact::with_plane(TissuePoint::node(node), normal, [start, end]);
                     nodes.iter().map(on).collect()
                 };
                 let mut contacts = plate(&bottom, Vec3::Z, 0.0, 0.0);

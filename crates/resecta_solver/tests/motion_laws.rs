@@ -214,12 +214,11 @@ fn a_contact_holds_its_plane_and_leaves_the_rest_alone() {
     let normal = Vec3::Z;
     let at = |tissue: &Tissue| (tissue.position(a) + tissue.position(b) + tissue.position(c)).dot(normal) / 3.0;
     let start = at(&tissue);
-    let contact = Contact {
-        point: TissuePoint::on_triangle([a, b, c], [1.0 / 3.0; 3]),
+    let contact = Contact::with_plane(
+        TissuePoint::on_triangle([a, b, c], [1.0 / 3.0; 3]),
         normal,
-        offset_start: start,
-        offset_end: start + 1.0,
-    };
+        [start, start + 1.0],
+    );
     tissue.advance(1.0 / 60.0, &[contact]).expect("a plain advance");
     assert!(
         at(&tissue) >= start + 1.0 - 1e-4,
@@ -233,12 +232,7 @@ fn a_contact_holds_its_plane_and_leaves_the_rest_alone() {
 #[test]
 fn contacts_that_make_no_sense_are_counted_and_left_out() {
     let mut tissue = free_block([2, 2, 2]);
-    let contact = |node: u32, offset_end: f32| Contact {
-        point: TissuePoint::node(node),
-        normal: Vec3::X,
-        offset_start: 0.0,
-        offset_end,
-    };
+    let contact = |node: u32, offset_end: f32| Contact::with_plane(TissuePoint::node(node), Vec3::X, [0.0, offset_end]);
     let contacts = [contact(0, f32::NAN), contact(9999, 1.0)];
     let report = tissue.advance(0.01, &contacts).expect("a plain advance");
     assert_eq!(report.contacts_refused, 2);

@@ -125,12 +125,7 @@ fn edits_contacts_and_cuts_wake() {
             Box::new(move |tissue| {
                 let normal = Vec3::Z;
                 let height = tissue.position(triangle[0]).dot(normal);
-                let contact = Contact {
-                    point: TissuePoint::node(triangle[0]),
-                    normal,
-                    offset_start: height,
-                    offset_end: height + 1.0,
-                };
+                let contact = Contact::with_plane(TissuePoint::node(triangle[0]), normal, [height, height + 1.0]);
                 tissue.advance(STEP_S, &[contact]).expect("a plain advance");
             }),
         ),

@@ -23,12 +23,11 @@ fn operate(tissue: &mut Tissue) -> Vec<(DVec3, Vec3)> {
         .set_load(middle, Vec3::new(400.0, -300.0, 200.0))
         .expect("a finite load");
     let top = tissue.position(7);
-    let push = Contact {
-        point: TissuePoint::on_triangle([7, 8, 9], [0.2, 0.3, 0.5]),
-        normal: Vec3::X,
-        offset_start: top.x,
-        offset_end: top.x + 0.3,
-    };
+    let push = Contact::with_plane(
+        TissuePoint::on_triangle([7, 8, 9], [0.2, 0.3, 0.5]),
+        Vec3::X,
+        [top.x, top.x + 0.3],
+    );
     let mut states = Vec::new();
     for step in 0..8 {
         if step == 3 {

@@ -11,7 +11,12 @@ use bevy::{
 };
 use resecta_anatomy::Zone;
 
-use crate::{collide::Collider, fine::Fine, gather::RemovedParts, settings::TissueSettings};
+use crate::{
+    collide::{Collider, ToolContacts},
+    fine::Fine,
+    gather::RemovedParts,
+    settings::TissueSettings,
+};
 
 /// A tissue: the entity that owns the solver's state. Spawn it and its parts follow in the next step; remove or replace
 /// it and its parts are despawned.
@@ -20,7 +25,7 @@ use crate::{collide::Collider, fine::Fine, gather::RemovedParts, settings::Tissu
 #[derive(Component, Reflect)]
 #[reflect(Component, from_reflect = false)]
 #[component(on_discard = despawn_parts)]
-#[require(TissueSettings, Collider)]
+#[require(TissueSettings, Collider, ToolContacts)]
 pub struct Tissue {
     #[reflect(ignore)]
     pub(crate) solver: resecta_solver::Tissue,

@@ -7,13 +7,13 @@ use resecta_field::{FieldError, Tool};
 use resecta_solver::Resection;
 
 use crate::{
-    collide::{Collider, Found, StepTools, ToolMotion},
+    collide::{Found, StepTools, ToolContacts, ToolMotion},
     components::Tissue,
     diagnostics::{TissueDiagnostics, timed},
     fine::{Fine, Taken},
     messages::{PutAsideReason, PutAsideSubject, TissueChip, TissueInconsistent, TissuePutAside, TissueResected},
     settings::{CutDetail, CuttingRule, TissueSettings},
-    tool::{TissueTool, ToolPartKind},
+    tool::TissueTool,
 };
 
 /// Where the stages tell what happened.
@@ -87,7 +87,7 @@ pub(crate) fn refine(
 
 /// Lets the loops of tools that cut take what they reach, and those that coagulate what they touch.
 pub(crate) fn cut(
-    mut tissues: Query<(Entity, &mut Tissue, &TissueSettings, &Collider)>,
+    mut tissues: Query<(Entity, &mut Tissue, &TissueSettings, &ToolContacts)>,
     tools: Res<StepTools>,
     mut commands: Commands,
     mut reports: Reports,
@@ -97,7 +97,7 @@ pub(crate) fn cut(
     timed(&mut time, || {
         let mut ordered: Vec<_> = tissues.iter_mut().collect();
         ordered.sort_unstable_by_key(|(_, tissue, ..)| tissue.ordinal);
-        for (entity, mut tissue, settings, collider) in ordered {
+        for (entity, mut tissue, settings, contacts) in ordered {
             let tissue = &mut *tissue;
             if let Some(fine) = &mut tissue.fine {
                 fine.end_strokes(|tool| tools.iter().any(|other| other.entity == tool && other.cutting));
@@ -109,7 +109,7 @@ pub(crate) fn cut(
                     settings,
                     by: Some(tool.entity),
                 };
-                let resection = cut.by_loop(index, tool, collider);
+                let resection = cut.by_loop(index, tool, contacts);
                 cut.tell(resection, &mut commands, &mut reports, &mut diagnostics);
             }
             if let Some(torn) = tissue.fine.as_mut().and_then(|fine| fine.tear(&tissue.solver)) {
@@ -123,9 +123,9 @@ pub(crate) fn cut(
                 cut.tell(resection, &mut commands, &mut reports, &mut diagnostics);
             }
             if let Some(fine) = &mut tissue.fine {
-                for found in collider.found().iter().filter(|found| found.touched().is_some()) {
-                    let burns = found.kind == ToolPartKind::Loop && tools[found.tool as usize].coagulates();
-                    let done = burns.then(|| fine.coagulate(&tissue.solver, found.point));
+                for found in contacts.burning() {
+                    let burns = tools[found.tool as usize].coagulates();
+                    let done = burns.then(|| fine.coagulate(&tissue.solver, found.place));
                     if let Some(Err(error)) = done {
                         reports.put_aside(entity, PutAsideSubject::Step, PutAsideReason::Field(error));
                     }
@@ -161,7 +161,7 @@ pub(crate) struct Cut<'a> {
 
 impl Cut<'_> {
     /// Lets a loop take what it reaches in the step.
-    fn by_loop(&mut self, index: u32, tool: &ToolMotion, collider: &Collider) -> Result<Resection, FieldError> {
+    fn by_loop(&mut self, index: u32, tool: &ToolMotion, contacts: &ToolContacts) -> Result<Resection, FieldError> {
         let (Some(sweep), Some(deepest)) = (tool.loop_sweep(), tool.loop_deepest_point()) else {
             return Ok(Resection::default());
         };
@@ -178,20 +178,10 @@ impl Cut<'_> {
             }
             (CuttingRule::Sphere { radius_mm }, fine) => {
                 let swept = solver.pentahedra_swept(&sweep);
-                let of_loop = |found: &&Found| found.tool == index && found.kind == ToolPartKind::Loop;
-                let touched = collider.found().iter().filter(of_loop);
-                let is_fine = fine.is_some();
-                let nodes_of = |found: &Found| {
-                    let pentahedron = found.touched()?;
-                    Some(match is_fine {
-                        // The corners of a fine face are no nodes.
-                        true => solver.pentahedron_nodes(pentahedron).to_vec(),
-                        false => found.vertices.to_vec(),
-                    })
-                };
+                let of_loop = |found: &&Found| found.tool == index;
+                let touched = contacts.burning().iter().filter(of_loop);
                 let nodes = touched
-                    .filter_map(nodes_of)
-                    .flatten()
+                    .flat_map(|found| found.point.parts().map(|(node, _)| node))
                     .chain(swept.iter().flat_map(|&index| solver.pentahedron_nodes(index)));
                 let Some(node) = nearest_node(solver, deepest, nodes) else {
                     return Ok(Resection::default());

@@ -7,6 +7,8 @@ use bevy::{
     prelude::*,
 };
 
+use crate::collide::Overlap;
+
 /// Timers and counters of the last step, summed over all tissues. Times are wall time and never enter a result.
 #[derive(Resource, Reflect, Debug, Clone, Default)]
 #[reflect(Resource, Default)]
@@ -33,11 +35,13 @@ pub struct TissueDiagnostics {
     pub springs_softened: usize,
     /// Components that were edited since the step before.
     pub edits: usize,
-    /// Passes into which the tools' motion was divided.
-    pub passes: u32,
-    /// Contacts handed to the solver, over all passes.
+    /// Contacts handed to the solver.
     pub contacts: usize,
-    /// Substeps of the solver, over all passes; those made in vain because they turned out too long are counted too.
+    /// How much tissue lay inside of tools when the step began: the error of the contacts.
+    pub overlap: Overlap,
+    /// Pentahedra without volume or turned inside out.
+    pub inverted: usize,
+    /// Substeps of the solver; those made in vain because they turned out too long are counted too.
     pub substeps: u32,
     /// Error of a step, mm, root mean square over nodes, when it was watched last: see
     /// [`TissueSettings::watch_error_every`](crate::TissueSettings::watch_error_every).

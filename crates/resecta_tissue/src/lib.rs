@@ -34,7 +34,7 @@
 //! |---|---|
 //! | the order of a step | `plugin.rs` |
 //! | how edits reach the solver and results the components | `gather.rs`, `write_back.rs` |
-//! | how tools push | `collide/`: what is near in `collider.rs` and `patches.rs`, what becomes a contact in `contacts.rs`, what keeps it still in `steady.rs` |
+//! | how tools push | `collide/`: which points are near in `samples.rs` and `search.rs`, what the solver holds of them in `contacts.rs` |
 //! | how loops cut, and how finely | `cut.rs`, `fine.rs` |
 //! | what is gone before the first step | `begun.rs` |
 //! | the surface that is touched and drawn, and what cuts changed of it | `skin.rs`, `change_log.rs` |
@@ -70,6 +70,7 @@ mod write_back;
 
 pub use between_steps::DrawnBetweenSteps;
 pub use capsule::{Capsule, CapsuleDistance};
+pub use collide::Overlap;
 pub use components::{Pentahedron, Spring, Tissue, TissueNode};
 pub use diagnostics::{TissueDiagnostics, TissueDiagnosticsPlugin};
 pub use messages::{
@@ -81,7 +82,7 @@ pub use rays::TissueRays;
 pub use resecta_field::{Chip, Field, FieldError, LoopStroke, Plane, SurfaceKind, Tool};
 pub use settings::{CutDetail, CuttingRule, TissueSettings};
 pub use surface_mesh::{TissueColours, TissueTint};
-pub use tool::{LoopCutter, TissueTool, ToolPart, ToolPartKind, ToolPlacement};
+pub use tool::{LoopCutter, TissueTool, ToolLoad, ToolPart, ToolPartKind, ToolPlacement};
 
 /// What a user of the crate types daily.
 pub mod prelude {

@@ -25,8 +25,10 @@ pub struct TissueContact {
     pub point: Vec3,
     /// Unit direction from the tool into the tissue.
     pub normal: Vec3,
-    /// How far the tool's surface would reach past that point if the tissue did not give way, mm, >= 0.
+    /// How far that point lies inside the part at the end of the step, mm, >= 0: the error of the contact.
     pub depth_mm: f32,
+    /// With what the part pressed on the pentahedron, N, >= 0: mean over the step.
+    pub force_n: f32,
     /// What surface was touched: the kind that most of the corners of the triangle there have.
     pub kind: NodeKind,
     /// Whether a current (cutting or coagulating) flowed through this part: only through the loop.

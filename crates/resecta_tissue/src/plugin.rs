@@ -16,7 +16,7 @@ use crate::{
     probe::{self, TissueProbe},
     settings::TissueSettings,
     surface_mesh::{self, TissueColours, TissueTint},
-    tool::TissueTool,
+    tool::{TissueTool, ToolLoad},
     write_back,
 };
 
@@ -86,6 +86,7 @@ impl Plugin for TissuePlugin {
             .register_type::<Spring>()
             .register_type::<Pentahedron>()
             .register_type::<TissueTool>()
+            .register_type::<ToolLoad>()
             .register_type::<TissueProbe>()
             .register_type::<TissueColours>()
             .register_type::<TissueTint>()

@@ -114,14 +114,6 @@ impl<'a> Skin<'a> {
         self.fine.is_none() || (vertex as usize) < self.solver.node_count()
     }
 
-    /// The pentahedron inside of which a vertex is; none for a node.
-    pub fn home(&self, vertex: u32) -> Option<u32> {
-        if self.is_node(vertex) {
-            return None;
-        }
-        self.fine?.surface().home(vertex)
-    }
-
     /// The nodes that carry a vertex, and their weights.
     pub fn carriers(&self, vertex: u32) -> TissuePoint {
         if self.is_node(vertex) {
@@ -176,57 +168,12 @@ impl<'a> Skin<'a> {
         self.fine?.field().chunk_places(chunk, place)
     }
 
-    /// The unit normals of the vertices of a chunk.
-    pub fn chunk_normals(&self, chunk: u32) -> Option<[Vec3; CHUNK]> {
-        let position = |node| self.solver.position(node);
-        self.fine?.field().chunk_normals(chunk, position)
-    }
-
     /// Where a vertex is at rest, mm.
     pub fn rest_place(&self, vertex: u32) -> Vec3 {
         match self.fine {
             Some(fine) => fine.surface().rest_places()[vertex as usize],
             None => self.solver.rest_position(vertex),
         }
-    }
-
-    /// A point of a triangle, and how far the point given lies from where its barycentric weights say, mm.
-    ///
-    /// A point has at most six nodes. Where the corners are carried by several pentahedra, the six that count most are it.
-    pub fn point(&self, triangle: [u32; 3], weights: [f32; 3]) -> (TissuePoint, Vec3) {
-        if triangle.iter().all(|&vertex| self.is_node(vertex)) {
-            return (TissuePoint::on_triangle(triangle, weights), Vec3::ZERO);
-        }
-        // Six nodes a corner at most: on the stack, since each contact of a step asks for one.
-        let (mut parts, mut count) = ([(0, 0.0); 18], 0);
-        for (vertex, share) in triangle.into_iter().zip(weights).filter(|(_, share)| *share > 0.0) {
-            for (node, weight) in self.carriers(vertex).parts() {
-                match parts[..count].iter_mut().find(|(known, _)| *known == node) {
-                    Some((_, sum)) => *sum += share * weight,
-                    None => {
-                        parts[count] = (node, share * weight);
-                        count += 1;
-                    }
-                }
-            }
-        }
-        let parts = &mut parts[..count];
-        parts.sort_unstable_by(|(a, first), (b, second)| second.total_cmp(first).then(a.cmp(b)));
-        let positive = parts.iter().take_while(|(_, weight)| *weight > 0.0).count();
-        let parts = &parts[..positive.min(6)];
-        let sum: f32 = parts.iter().map(|(_, weight)| weight).sum();
-        let (mut nodes, mut shares) = ([parts.first().map_or(0, |(node, _)| *node); 6], [0.0; 6]);
-        let mut place = Vec3::ZERO;
-        for (n, &(node, weight)) in parts.iter().enumerate() {
-            (nodes[n], shares[n]) = (node, weight / sum);
-            place += self.solver.position(node) * (weight / sum);
-        }
-        let meant: Vec3 = triangle
-            .into_iter()
-            .zip(weights)
-            .map(|(vertex, share)| self.place(vertex) * share)
-            .sum();
-        (TissuePoint::in_pentahedron(nodes, shares), place - meant)
     }
 
     /// The pentahedron that carries most of a triangle.

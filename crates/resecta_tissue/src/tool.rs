@@ -10,6 +10,7 @@ use bevy::prelude::*;
 /// [`TissuePutAside`](crate::TissuePutAside).
 #[derive(Component, Reflect, Debug, Clone, Default)]
 #[reflect(Component)]
+#[require(ToolLoad)]
 pub struct TissueTool {
     /// The capsules that tissue touches, in the tool's own frame.
     pub parts: Vec<ToolPart>,
@@ -52,11 +53,15 @@ impl TissueTool {
         }
     }
 
-    /// Where the step starts: the previous placement if its parts match those of now, else the present one.
+    /// Where the step starts: the previous placement. Parts that it lacks start where they are in the tool now.
     pub fn step_start(&self) -> ToolPlacement {
-        match &self.previous {
-            Some(previous) if previous.parts.len() == self.parts.len() => previous.clone(),
-            _ => self.placement(),
+        let Some(previous) = &self.previous else {
+            return self.placement();
+        };
+        let new = self.parts.iter().skip(previous.parts.len());
+        ToolPlacement {
+            parts: previous.parts.iter().chain(new).copied().collect(),
+            ..previous.clone()
         }
     }
 
@@ -71,6 +76,30 @@ impl TissueTool {
                     && previous.parts.iter().all(ToolPart::is_valid)
                     && previous.cutter.as_ref().is_none_or(LoopCutter::is_valid)
             })
+    }
+}
+
+/// With what tissue pressed on a tool in the last step, mean over the step. The plugin writes it.
+#[derive(Component, Reflect, Debug, Clone, Copy, Default, PartialEq)]
+#[reflect(Component, Default)]
+pub struct ToolLoad {
+    /// Force of the tissue on the tool, N, in the world.
+    pub force_n: Vec3,
+    /// Moment of that force about the world's origin, N mm.
+    pub moment_n_mm: Vec3,
+}
+
+impl ToolLoad {
+    /// Adds what a force of the tool on the tissue at a place (µN, mm) does to the tool.
+    pub(crate) fn add(&mut self, on_tissue_un: Vec3, place: Vec3) {
+        let force_n = on_tissue_un * -1e-6;
+        self.force_n += force_n;
+        self.moment_n_mm += place.cross(force_n);
+    }
+
+    /// The moment about a point, N mm.
+    pub fn moment_about(&self, point: Vec3) -> Vec3 {
+        self.moment_n_mm - point.cross(self.force_n)
     }
 }
 

@@ -310,6 +310,7 @@ mod tests {
                 point: place,
                 normal: Vec3::Z,
                 depth_mm: 0.1,
+                force_n: 0.1,
                 kind: NodeKind::Inner,
                 current: false,
             });

@@ -214,6 +214,7 @@ mod tests {
                 point: Vec3::ZERO,
                 normal: Vec3::X,
                 depth_mm: 0.1,
+                force_n: 0.1,
                 kind: resecta_solver::NodeKind::Inner,
                 current,
             });

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use resecta_instrument::InstrumentState;
 use resecta_solver::NodeKind;
-use resecta_tissue::{TissueContact, TissueResected, ToolPartKind};
+use resecta_tissue::{Overlap, TissueContact, TissueResected, ToolPartKind};
 
 use super::{ChipMasses, WaterStep};
 use crate::{region::MarkedRegion, sight::LandmarkObservation};
@@ -21,6 +21,12 @@ pub struct StepObservation {
     pub contacts: u32,
     /// Deepest overlap among the contacts, mm; 0 without contacts.
     pub largest_depth_mm: f64,
+    /// Force of the tissue on the instrument, N: mean over the step.
+    pub force_n: f64,
+    /// How much tissue lay inside the instrument when the step began.
+    pub overlap: Overlap,
+    /// Pentahedra without volume or turned inside out.
+    pub inverted: u32,
     /// Whether the loop touched tissue or removed some.
     pub loop_in_tissue: bool,
     /// Whether current flowed through the loop into tissue that it touched or removed. One that is drawn in delivers none.

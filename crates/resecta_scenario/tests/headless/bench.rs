@@ -135,6 +135,7 @@ impl Bench {
             point: Vec3::ZERO,
             normal: Vec3::Y,
             depth_mm,
+            force_n: 0.1,
             kind,
             current: part == ToolPartKind::Loop && (self.state.cut || self.state.coagulate),
         };

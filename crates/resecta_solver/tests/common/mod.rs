@@ -82,12 +82,7 @@ pub fn drive_tool_through(tissue: &mut Tissue, step_s: f64, mut after: impl FnMu
         let next = front + 1_000.0 * step_s as f32;
         let contacts: Vec<Contact> = met
             .iter()
-            .map(|&nodes| Contact {
-                point: TissuePoint::on_triangle(nodes, [1.0 / 3.0; 3]),
-                normal: Vec3::X,
-                offset_start: front,
-                offset_end: next,
-            })
+            .map(|&nodes| Contact::with_plane(TissuePoint::on_triangle(nodes, [1.0 / 3.0; 3]), Vec3::X, [front, next]))
             .collect();
         let report = tissue.advance(step_s, &contacts).expect("divided if need be");
         after(tissue, report);

@@ -3,20 +3,17 @@
 use bevy::prelude::*;
 use parry3d::{
     bounding_volume::{Aabb, BoundingVolume},
-    partitioning::{Bvh, BvhWorkspace, TraversalAction},
+    partitioning::{Bvh, BvhWorkspace},
 };
 use resecta_solver::Followed;
 
 use super::{
-    contacts::Found,
-    patches::{self, ChunkPart, Patches, Run},
-    steady::Steady,
+    patches::{self, Patches, Run},
     sweep::Axis,
 };
 use crate::skin::{Skin, SkinVersion};
 
-/// How far behind a surface a part is still found and the tissue moved past it, mm. Deeper inside, the way out is
-/// anybody's guess and the part is left alone.
+/// How far from a point the nearest face is looked for, mm.
 pub const DEPTH_LIMIT_MM: f32 = 3.0;
 
 /// The hierarchy and what it was built from. It is never rebuilt: patches that appear are inserted, those that go are
@@ -34,10 +31,6 @@ pub struct Collider {
     topology: Option<SkinVersion>,
     /// The version of the motion that the bounds hold for.
     motion: Option<u64>,
-    /// The contacts found last, and whether they are those of all parts for all of the step.
-    found: Vec<Found>,
-    pub found_all: bool,
-    pub steady: Steady,
 }
 
 impl Default for Collider {
@@ -49,39 +42,16 @@ impl Default for Collider {
             patches: Patches::default(),
             topology: None,
             motion: None,
-            found: Vec::new(),
-            found_all: false,
-            steady: Steady::default(),
         }
     }
 }
 
-/// What is near a part.
-#[derive(Debug, Default)]
-pub struct Nearby {
-    faces: Vec<Face>,
-    /// A face's slot, and its number below: by rising slot.
-    order: Vec<u64>,
-    /// Vertices that stand for the faces around them.
-    pub points: Vec<ChunkPart>,
-}
-
-impl Nearby {
-    /// The faces, by rising slot.
-    pub fn faces(&self) -> impl ExactSizeIterator<Item = &Face> {
-        self.order.iter().map(|&ordered| &self.faces[ordered as u32 as usize])
-    }
-}
-
-/// A run of triangles, with what tells whether it is near: the parts of a tool go through hundreds of them, which lie together here.
+/// A run of triangles that is near something.
 #[derive(Debug, Clone, Copy)]
 pub struct NearRun {
     patch: u32,
     /// Its number in its patch.
     run: u32,
-    /// The longest edge in its patch, mm.
-    longest_mm: f32,
-    bounds: (Vec3, Vec3),
 }
 
 /// Faces whose distances differ by less than this are as near, mm.
@@ -97,7 +67,6 @@ pub const LOOSENED_MM: f32 = 1.02 * SLACK_MM;
 #[derive(Debug, Clone, Copy)]
 pub struct Face {
     pub slot: u32,
-    pub vertices: [u32; 3],
     pub corners: [Vec3; 3],
 }
 
@@ -146,26 +115,6 @@ impl Collider {
         }
     }
 
-    /// Whether nothing was cut since the last update.
-    pub(crate) fn is_current(&self, skin: &Skin) -> bool {
-        self.topology == Some(skin.version())
-    }
-
-    /// The contacts found last.
-    pub fn found(&self) -> &[Found] {
-        &self.found
-    }
-
-    /// Lends the list of contacts, so that its memory is used again.
-    pub fn take_found(&mut self) -> Vec<Found> {
-        std::mem::take(&mut self.found)
-    }
-
-    /// Keeps the contacts found.
-    pub fn put_found(&mut self, found: Vec<Found>) {
-        self.found = found;
-    }
-
     /// The hierarchy; its leaves are patches.
     pub fn bvh(&self) -> &Bvh {
         &self.bvh
@@ -196,12 +145,7 @@ impl Collider {
             let patch = self.patches.get(number);
             let runs = (0..).zip(&patch.runs);
             let runs = runs.filter(|(_, run)| is_near(run.bounds.0, run.bounds.1, LOOSENED_MM));
-            found.extend(runs.map(|(run, of)| NearRun {
-                patch: number,
-                run,
-                longest_mm: patch.longest_mm,
-                bounds: of.bounds,
-            }));
+            found.extend(runs.map(|(run, _)| NearRun { patch: number, run }));
         }
         found
     }
@@ -215,72 +159,12 @@ impl Collider {
         let runs = runs.iter().map(|near| self.run(near));
         runs.flat_map(|run| run.chunks.iter().map(|part| part.chunk))
     }
-
-    /// Finds what may lie within `range` of an axis, in some runs. In patches whose faces are so small (by their longest
-    /// edge, mm) that their corners stand for them, only the faces within `crossed` of the axis.
-    #[inline(always)]
-    pub(crate) fn near_axis(
-        &self,
-        skin: &Skin,
-        (axis, runs): (&Axis, &[NearRun]),
-        (range, crossed): (f32, f32),
-        are_points: impl Fn(f32) -> bool,
-        found: &mut Nearby,
-    ) {
-        found.faces.clear();
-        found.points.clear();
-        let near = Near::new(axis);
-        for run in runs {
-            let is_near = |range: f32| near.is_near(run.bounds.0, run.bounds.1, range + LOOSENED_MM);
-            let within = match are_points(run.longest_mm) {
-                true => {
-                    if is_near(range) {
-                        found.points.extend(&self.run(run).chunks);
-                    }
-                    crossed
-                }
-                false => range,
-            };
-            if is_near(within) {
-                for face in faces(self.run(run), skin) {
-                    let bounds = bounds(&face.corners);
-                    if near.is_near(bounds.mins, bounds.maxs, within) {
-                        found.faces.push(face);
-                    }
-                }
-            }
-        }
-        // By numbers of their own: faces are long.
-        found.order.clear();
-        found.order.extend(
-            (0..)
-                .zip(&found.faces)
-                .map(|(number, face)| u64::from(face.slot) << 32 | number),
-        );
-        found.order.sort_unstable();
-        patches::merge(&mut found.points);
-    }
-
-    /// Calls back with every stretch of an axis (shares, from and to) near which faces may lie within `range`.
-    pub fn stretches_near(&self, axis: &Axis, range: f32, mut found: impl FnMut(f32, f32)) {
-        self.bvh
-            .traverse(|node| match stretch_near(axis, range, node.mins(), node.maxs()) {
-                None => TraversalAction::Prune,
-                Some((from, to)) => {
-                    if node.is_leaf() {
-                        found(from, to);
-                    }
-                    TraversalAction::Continue
-                }
-            });
-    }
 }
 
 /// The triangles of a run where they are now.
 pub fn faces(run: &Run, skin: &Skin) -> impl Iterator<Item = Face> {
     run.triangles.iter().map(|&(slot, vertices)| Face {
         slot,
-        vertices,
         corners: vertices.map(|vertex| skin.place(vertex)),
     })
 }
@@ -309,13 +193,6 @@ impl Near {
     }
 }
 
-/// The stretch of an axis, as shares, beyond which no point of a box is within `range`; none if none is anywhere.
-fn stretch_near(axis: &Axis, range: f32, mins: Vec3, maxs: Vec3) -> Option<(f32, f32)> {
-    let (share, reach) = share_and_reach(axis, range, mins, maxs)?;
-    let along = reach / axis.a.distance(axis.b).max(f32::MIN_POSITIVE);
-    Some(((share - along).max(0.0), (share + along).min(1.0)))
-}
-
 /// Where an axis is nearest to the centre of a box, as a share, and how near the centre must be for a point of the box to be
 /// within `range`; none if it is not.
 #[inline(always)]
@@ -327,18 +204,17 @@ fn share_and_reach(axis: &Axis, range: f32, mins: Vec3, maxs: Vec3) -> Option<(f
     (axis.at(share).distance_squared(centre) <= reach * reach).then_some((share, reach))
 }
 
-fn bounds([a, b, c]: &[Vec3; 3]) -> Aabb {
-    Aabb::new(a.min(*b).min(*c), a.max(*b).max(*c))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{
-        collide::{closest::point_triangle, contacts::Search, nearest::Nearest, sweep::PartSweep, winding::Ray},
+        collide::{
+            closest::point_triangle,
+            nearest::{Nearest, reach_mm},
+            winding::Ray,
+        },
         components::Tissue,
         fine::Fine,
-        tool::ToolPartKind,
     };
     use bevy::math::DVec3;
     use proptest::prelude::*;
@@ -363,22 +239,6 @@ mod tests {
         });
         let mesh = TissueMesh::from_pentahedra((0..side.pow(3)).map(corner).collect(), pentahedra.collect());
         Tissue::new(resecta_solver::Tissue::new(&mesh, &Material::default()).expect("a block is a tissue"))
-    }
-
-    fn contacts(collider: &Collider, skin: &Skin, part: &PartSweep) -> String {
-        let search = Search {
-            collider,
-            skin,
-            part,
-            runs: &collider.runs_near(std::iter::once((part.to, part.range()))),
-            number: (0, 0),
-            pushes: true,
-            passes: 0..1,
-            pass_s: 1.0 / 60.0,
-        };
-        let mut found = Vec::new();
-        search.find(&mut Nearby::default(), &mut found);
-        format!("{found:?}")
     }
 
     /// Whether the bounds of every triangle's patch, and those above, hold its corners.
@@ -476,7 +336,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
         #[test]
-        fn a_collider_kept_up_holds_every_face_and_finds_the_contacts_of_one_built_anew(
+        fn a_collider_kept_up_holds_every_face_and_finds_what_a_look_at_all_finds(
             is_fine: bool,
             deeds in proptest::collection::vec((deed(), place(), place()), 1..12),
         ) {
@@ -518,28 +378,18 @@ mod tests {
                 let of_all = first_of_all(&Skin::of(&tissue), &Ray::new(a, b - a));
                 prop_assert_eq!(hit, of_all);
                 let skin = Skin::of(&tissue);
-                let mut anew = Collider::default();
-                anew.update(&skin);
                 let mut known: Option<Nearest> = None;
                 for share in [0.0, 0.3, 0.6, 1.0] {
                     let point = a.lerp(b, share);
-                    let nearest = kept.nearest_face(&skin, point, None);
+                    let nearest = kept.nearest_face_within(&skin, point, DEPTH_LIMIT_MM);
                     let sought = nearest.map(|nearest| (nearest.face.slot, nearest.inside));
-                    let with_known = kept.nearest_face(&skin, point, known.as_ref().map(|known| &known.face));
+                    let reach = reach_mm(point, known.as_ref().map(|known| &known.face));
+                    let with_known = kept.nearest_face_within(&skin, point, reach);
                     prop_assert_eq!(with_known.map(|nearest| (nearest.face.slot, nearest.inside)), sought);
                     let distance = nearest.map_or(DEPTH_LIMIT_MM, |nearest| nearest.closest.distance());
                     let least = distance_to_all(&skin, point).min(DEPTH_LIMIT_MM);
                     prop_assert!((distance - least).abs() <= TIE_MM, "{} is not {}", distance, least);
                     known = nearest.or(known);
-                }
-                for radius in [0.3, 2.0] {
-                    let part = PartSweep {
-                        kind: ToolPartKind::Loop,
-                        radius,
-                        from: Axis { a, b: b + way },
-                        to: Axis { a: a + way, b },
-                    };
-                    prop_assert_eq!(contacts(&kept, &skin, &part), contacts(&anew, &skin, &part));
                 }
             }
         }

@@ -1,25 +1,25 @@
 //! Collision: tools push tissue, and tissue tells what touched it.
 //!
-//! The motion of a tool during a step is divided into passes that are short against the part that moves. Each pass brings
-//! the hierarchy up to date, finds contacts and moves the tissue by its share of the step, so that neither a thin loop nor
-//! a fast one is carried past what it should push.
+//! Before a step moves the tissue, the points of it that parts of tools may touch on their way are found (`samples.rs`,
+//! `contacts.rs`). The solver then keeps each out of its part in every substep, so that neither a thin loop nor a fast one is carried
+//! past what it should push.
 
 mod closest;
 mod collider;
 mod contacts;
+mod make_room;
 mod nearest;
+mod overlap;
 mod patches;
-mod steady;
-mod surroundings;
+mod samples;
+mod search;
 mod sweep;
-mod touch;
 mod winding;
 
-use std::ops::Range;
-
 use bevy::prelude::*;
-use resecta_solver::{Contact, NodeKind};
+use resecta_solver::{Contact, Touch};
 
+pub use self::overlap::Overlap;
 pub(crate) use self::{
     closest::segment_triangle,
     collider::{Collider, Face},
@@ -28,9 +28,9 @@ pub(crate) use self::{
     sweep::{Axis, ToolMotion},
 };
 use self::{
-    collider::Nearby,
-    contacts::Search,
-    sweep::{PartSweep, Pass},
+    samples::Near,
+    search::{Before, Search},
+    sweep::PartSweep,
 };
 use crate::{
     components::Tissue,
@@ -39,12 +39,28 @@ use crate::{
     messages::{PutAsideReason, PutAsideSubject, TissueContact},
     settings::TissueSettings,
     skin::Skin,
-    tool::{TissueTool, ToolPartKind},
+    tool::{TissueTool, ToolLoad, ToolPartKind},
 };
 
 /// The ways of all tools in the coming step, in the order of their query.
 #[derive(Resource, Default, Deref)]
 pub(crate) struct StepTools(Vec<ToolMotion>);
+
+/// What tools touch of a tissue.
+#[derive(Component, Default)]
+pub(crate) struct ToolContacts {
+    /// What loops under current touch when the step begins.
+    burning: Vec<Found>,
+    /// What they pushed in the last step.
+    before: Before,
+}
+
+impl ToolContacts {
+    /// What loops under current touch when the step begins.
+    pub fn burning(&self) -> &[Found] {
+        &self.burning
+    }
+}
 
 /// Reads the tools. One that is not finite is left out and reported.
 pub(crate) fn read_tools(tools: Query<(Entity, &TissueTool)>, mut step: ResMut<StepTools>, mut reports: Reports) {
@@ -68,51 +84,33 @@ pub(crate) fn any_tool(tools: Query<(), With<TissueTool>>) -> bool {
     !tools.is_empty()
 }
 
-/// Finds what each tool touches on its way through the step, in the tissue as the last step left it: all that a step of one
-/// pass enforces, and what loops under current touch.
+/// Finds what loops under current touch, in the tissue as the last step left it.
 pub(crate) fn collide(
-    mut tissues: Query<(&mut Tissue, &TissueSettings, &mut Collider)>,
+    mut tissues: Query<(&Tissue, &TissueSettings, &mut ToolContacts)>,
     tools: Res<StepTools>,
-    time: Res<Time>,
     mut diagnostics: ResMut<TissueDiagnostics>,
 ) {
     let mut spent = std::time::Duration::ZERO;
     timed(&mut spent, || {
-        let mut ordered: Vec<_> = tissues
-            .iter_mut()
-            .filter(|(_, settings, _)| settings.collision)
-            .collect();
-        ordered.sort_unstable_by_key(|(tissue, ..)| tissue.ordinal);
-        for (mut tissue, _, mut collider) in ordered {
-            collider.update(&Skin::of(&tissue));
-            let passes = collider.passes(&tools);
-            let mut found = collider.take_found();
-            found.clear();
-            // What pushes is found anew in each of several passes, and after a cut.
-            collider.found_all = passes == 1 && !tools.iter().any(|tool| tool.cutting);
-            let wanted = |tool: &ToolMotion, kind| collider.found_all || tool.current(kind) || !tool.pushes(kind);
-            for pass in Pass::all(passes) {
-                find_contacts(
-                    &collider,
-                    &mut tissue,
-                    &tools,
-                    (pass, time.delta_secs()),
-                    wanted,
-                    &mut found,
-                );
+        for (tissue, settings, mut contacts) in &mut tissues {
+            contacts.burning.clear();
+            if settings.collision {
+                let burns = |tool: &ToolMotion, kind| tool.current(kind);
+                let ToolContacts { burning, before } = &mut *contacts;
+                find(tissue, (&tools, before), burns, 0.0, burning);
+                contacts.burning.retain(Found::is_touched);
             }
-            collider.put_found(found);
         }
     });
     diagnostics.collide += spent;
 }
 
-/// Moves every tissue by one step, pass by pass, and tells what touched it.
+/// Moves every tissue by one step, and tells what touched it.
 pub(crate) fn integrate(
-    mut tissues: Query<(Entity, &mut Tissue, &TissueSettings, &mut Collider)>,
+    mut tissues: Query<(Entity, &mut Tissue, &TissueSettings, &mut ToolContacts)>,
+    mut loads: Query<&mut ToolLoad>,
     tools: Res<StepTools>,
     time: Res<Time>,
-    mut contacts: Local<Vec<Contact>>,
     mut steps: Local<u32>,
     mut messages: MessageWriter<TissueContact>,
     mut reports: Reports,
@@ -122,16 +120,15 @@ pub(crate) fn integrate(
         // A paused clock in a schedule that runs every frame. Tools may be gone when it goes on.
         tissues
             .iter_mut()
-            .for_each(|(.., mut collider)| collider.put_found(Vec::new()));
+            .for_each(|(.., mut contacts)| contacts.burning.clear());
         return;
     }
     let mut spent = std::time::Duration::ZERO;
+    let mut on_tools = vec![ToolLoad::default(); tools.len()];
     timed(&mut spent, || {
         let mut ordered: Vec<_> = tissues.iter_mut().collect();
         ordered.sort_unstable_by_key(|(_, tissue, ..)| tissue.ordinal);
-        for (entity, mut tissue, settings, mut collider) in ordered {
-            let collides = settings.collision && tools.iter().any(ToolMotion::pushes_anything);
-            let passes = if collides { collider.passes(&tools) } else { 1 };
+        for (entity, mut tissue, settings, mut of_tools) in ordered {
             let watched = settings.watch_error_every > 0 && steps.is_multiple_of(settings.watch_error_every);
             if watched {
                 if let Some(aim_mm) = settings.error_aim_mm {
@@ -140,59 +137,46 @@ pub(crate) fn integrate(
                 }
                 tissue.solver.begin_watch();
             }
-            let mut found = collider.take_found();
+            let mut found = Vec::new();
             let mut touches = Touches::default();
-            touches.extend(found.iter());
-            // What was found before the cut serves the step, too, if it is all and nothing was cut since.
-            let serves = collider.found_all && collider.is_current(&Skin::of(&tissue));
-            if !serves {
-                found.clear();
+            if settings.collision {
+                let pushes = |tool: &ToolMotion, kind| tool.pushes(kind);
+                let overlap = find(
+                    &tissue,
+                    (&tools, &of_tools.before),
+                    pushes,
+                    time.delta_secs(),
+                    &mut found,
+                );
+                diagnostics.overlap.join(overlap);
+                // A loop that cuts pushes nothing, and was told before the cut.
+                let is_told = |found: &&Found| !tools[found.tool as usize].pushes(found.kind);
+                touches.extend(of_tools.burning.iter().filter(is_told).map(Touched::burnt));
             }
-            for pass in Pass::all(passes) {
-                contacts.clear();
-                if collides {
-                    if !serves {
-                        collider.update(&Skin::of(&tissue));
-                        found.retain(|found| found.passes.contains(&pass.number));
-                        let wanted = |tool: &ToolMotion, kind| tool.pushes(kind);
-                        find_contacts(
-                            &collider,
-                            &mut tissue,
-                            &tools,
-                            (pass, time.delta_secs()),
-                            wanted,
-                            &mut found,
-                        );
-                        // Later contacts win: whether found now or before, they keep the order of the parts.
-                        if !found.is_sorted_by_key(|found| (found.tool, found.part)) {
-                            found.sort_by_key(|found| (found.tool, found.part));
-                        }
+            let parts: Vec<Vec<PartSweep>> = tools.iter().map(|tool| tool.parts().collect()).collect();
+            let part = |found: &Found| &parts[found.tool as usize][found.part as usize];
+            let contacts: Vec<Contact> = (found.iter()).map(|found| found.contact(part(found))).collect();
+            match tissue.solver.advance(time.delta_secs_f64(), &contacts) {
+                Ok(report) => {
+                    for put_aside in &report.put_aside {
+                        reports.put_aside(entity, PutAsideSubject::Node(put_aside.node), PutAsideReason::Motion);
                     }
-                    collider.steady.hold_still(pass.number, &mut found, &tissue.solver);
-                    contacts.extend(found.iter().filter_map(|found| found.contact_in(pass.number)));
-                    if !collider.found_all {
-                        touches.extend(found.iter().filter(|found| found.passes.start == pass.number));
+                    if report.contacts_refused > 0 {
+                        let refused = PutAsideReason::Contacts(report.contacts_refused);
+                        reports.put_aside(entity, PutAsideSubject::Step, refused);
+                    }
+                    diagnostics.substeps += report.substeps + report.substeps_repeated;
+                    of_tools.before.clear();
+                    for (found, touch) in found.iter().zip(tissue.solver.touches()) {
+                        of_tools.before.add(found, &touch);
+                        on_tools[found.tool as usize].add(touch.force_un, found.place);
+                        touches.extend(Touched::pushed(found, part(found), &touch, &tissue.solver));
                     }
                 }
-                let pass_s = time.delta_secs_f64() / f64::from(passes);
-                match tissue.solver.advance(pass_s, &contacts) {
-                    Ok(report) => {
-                        for put_aside in &report.put_aside {
-                            reports.put_aside(entity, PutAsideSubject::Node(put_aside.node), PutAsideReason::Motion);
-                        }
-                        if report.contacts_refused > 0 {
-                            let refused = PutAsideReason::Contacts(report.contacts_refused);
-                            reports.put_aside(entity, PutAsideSubject::Step, refused);
-                        }
-                        diagnostics.substeps += report.substeps + report.substeps_repeated;
-                    }
-                    Err(error) => reports.put_aside(entity, PutAsideSubject::Step, PutAsideReason::Step(error)),
-                }
-                diagnostics.contacts += contacts.len();
+                Err(error) => reports.put_aside(entity, PutAsideSubject::Step, PutAsideReason::Step(error)),
             }
-            // They have served: a step without tools finds none.
-            found.clear();
-            collider.put_found(found);
+            diagnostics.contacts += contacts.len();
+            of_tools.burning.clear();
             touches.tell(entity, &tools, &mut messages);
             if watched {
                 let error = match settings.error_aim_mm {
@@ -201,18 +185,53 @@ pub(crate) fn integrate(
                 };
                 diagnostics.error_mm = error.map_or(diagnostics.error_mm, |error| error as f32);
             }
-            diagnostics.passes = diagnostics.passes.max(passes);
             diagnostics.nodes += tissue.solver.living_nodes();
             diagnostics.springs += tissue.solver.living_springs();
             diagnostics.springs_softened += tissue.solver.softened_springs();
             diagnostics.pentahedra += tissue.solver.living_pentahedra();
+            diagnostics.inverted += tissue.solver.inverted_count();
         }
         *steps = steps.wrapping_add(1);
     });
+    for (tool, on_tool) in tools.iter().zip(on_tools) {
+        if let Ok(mut load) = loads.get_mut(tool.entity) {
+            load.set_if_neq(on_tool);
+        }
+    }
     diagnostics.integrate += spent;
 }
 
-/// What touched a tissue in a step, with the pentahedron that was touched.
+/// Finds what the wanted parts of all tools may touch in the step, in the order of tools and parts: later contacts win. Returns how much
+/// tissue lies in these parts when the step begins.
+fn find(
+    tissue: &Tissue,
+    (tools, before): (&[ToolMotion], &Before),
+    wanted: impl Fn(&ToolMotion, ToolPartKind) -> bool,
+    step_s: f32,
+    found: &mut Vec<Found>,
+) -> Overlap {
+    let mut overlap = Overlap::default();
+    for (tool_index, tool) in (0..).zip(tools) {
+        let parts = (0u32..).zip(tool.parts());
+        let parts: Vec<(u32, PartSweep)> = parts.filter(|(_, part)| wanted(tool, part.kind)).collect();
+        if parts.is_empty() {
+            continue;
+        }
+        let near = Near::of(tissue, &parts, step_s);
+        let search = Search {
+            skin: &Skin::of(tissue),
+            fine: tissue.fine.as_ref(),
+            near: &near,
+            tool: tool_index,
+            parts: &parts,
+            before,
+        };
+        overlap.join(search.find(found));
+    }
+    overlap
+}
+
+/// What touched a tissue in a step.
 #[derive(Default)]
 struct Touches(Vec<Touched>);
 
@@ -221,34 +240,57 @@ struct Touched {
     /// Indices of tool and part, and the pentahedron.
     of: (u32, u32, u32),
     kind: ToolPartKind,
-    surface: NodeKind,
+    surface: resecta_solver::NodeKind,
     point: Vec3,
     normal: Vec3,
     depth: f32,
+    force_un: Vec3,
+}
+
+impl Touched {
+    /// By a loop that cuts, when the step begins.
+    fn burnt(found: &Found) -> Touched {
+        Touched {
+            of: (found.tool, found.part, found.pentahedron),
+            kind: found.kind,
+            surface: found.surface,
+            point: found.place,
+            normal: found.away,
+            depth: -found.gap_mm,
+            force_un: Vec3::ZERO,
+        }
+    }
+
+    /// By a part that pushed; `None` if it did not come to that.
+    fn pushed(found: &Found, part: &PartSweep, touch: &Touch, solver: &resecta_solver::Tissue) -> Option<Touched> {
+        let has_pushed = touch.normal != Vec3::ZERO;
+        if !has_pushed && !found.is_touched() {
+            return None;
+        }
+        let point = (found.point.parts()).fold(Vec3::ZERO, |sum, (node, weight)| sum + solver.position(node) * weight);
+        Some(Touched {
+            normal: if has_pushed { touch.normal } else { found.away },
+            depth: part.depth_at_end(point),
+            force_un: touch.force_un,
+            point,
+            ..Touched::burnt(found)
+        })
+    }
 }
 
 impl Touches {
-    fn extend<'a>(&mut self, found: impl Iterator<Item = &'a Found>) {
-        let touches = found.filter_map(|found| {
-            Some(Touched {
-                of: (found.tool, found.part, found.touched()?),
-                kind: found.kind,
-                surface: found.surface,
-                point: found.point,
-                normal: found.normal,
-                depth: found.depth,
-            })
-        });
-        self.0.extend(touches);
+    fn extend(&mut self, touched: impl IntoIterator<Item = Touched>) {
+        self.0.extend(touched);
     }
 
-    /// Tells of each part and pentahedron where it was deepest.
+    /// Tells of each part and pentahedron where it was deepest, and with which force in all.
     fn tell(mut self, tissue: Entity, tools: &[ToolMotion], messages: &mut MessageWriter<TissueContact>) {
         self.0.sort_by(|a, b| a.of.cmp(&b.of).then(b.depth.total_cmp(&a.depth)));
-        self.0.dedup_by_key(|touch| touch.of);
-        for touch in self.0 {
+        for touches in self.0.chunk_by(|one, next| one.of == next.of) {
+            let touch = &touches[0];
             let (tool, _, pentahedron) = touch.of;
             let tool = &tools[tool as usize];
+            let force_un: Vec3 = touches.iter().map(|touch| touch.force_un).sum();
             messages.write(TissueContact {
                 tissue,
                 tool: tool.entity,
@@ -257,6 +299,7 @@ impl Touches {
                 point: touch.point,
                 normal: touch.normal,
                 depth_mm: touch.depth.max(0.0),
+                force_n: force_un.length() * 1e-6,
                 kind: touch.surface,
                 current: tool.current(touch.kind),
             });
@@ -271,69 +314,5 @@ pub(crate) fn remember_tools(mut tools: Query<&mut TissueTool>) {
             let placement = tool.placement();
             tool.bypass_change_detection().previous = Some(placement);
         }
-    }
-}
-
-/// Appends the contacts of those parts of all tools that are wanted and whose way from a pass on is to be looked at, in a step of so
-/// many seconds.
-fn find_contacts(
-    collider: &Collider,
-    tissue: &mut Tissue,
-    tools: &[ToolMotion],
-    (pass, step_s): (Pass, f32),
-    wanted: impl Fn(&ToolMotion, ToolPartKind) -> bool,
-    found: &mut Vec<Found>,
-) {
-    let mut nearby = Nearby::default();
-    for (tool_index, tool) in (0..).zip(tools) {
-        let parts = tool.parts_from(pass);
-        let parts = parts.filter(|(.., part)| wanted(tool, part.kind) && collider.may_touch(part));
-        let parts: Vec<(u32, Range<u32>, PartSweep)> = parts.collect();
-        // The wires of a loop lie together: what is near any of them is found at once.
-        let is_wire = |(.., part): &(u32, Range<u32>, PartSweep)| part.kind == ToolPartKind::Loop;
-        for together in parts.chunk_by(|one, next| is_wire(one) && is_wire(next)) {
-            let axes = together.iter().map(|(.., part)| (part.to, part.range()));
-            let runs = collider.runs_near(axes);
-            let Tissue { solver, fine, .. } = &mut *tissue;
-            if let Some(fine) = fine {
-                fine.bring(solver, collider.chunks_of(&runs));
-            }
-            for (part_index, passes, part) in together {
-                let search = Search {
-                    collider,
-                    skin: &Skin::of(tissue),
-                    part,
-                    runs: &runs,
-                    number: (tool_index, *part_index),
-                    pushes: tool.pushes(part.kind),
-                    passes: passes.clone(),
-                    pass_s: step_s * passes.len() as f32 / pass.of as f32,
-                };
-                search.find(&mut nearby, found);
-            }
-        }
-    }
-}
-
-impl Collider {
-    /// Into how many passes the step of these tools is divided.
-    fn passes(&self, tools: &[ToolMotion]) -> u32 {
-        tools
-            .iter()
-            .map(|tool| tool.passes(|part| self.may_touch(part)))
-            .max()
-            .unwrap_or(1)
-    }
-
-    /// Whether the way of a part may come near the surface.
-    fn may_touch(&self, part: &PartSweep) -> bool {
-        let Some((mins, maxs)) = self.bounds() else {
-            return false;
-        };
-        let ends = [part.from.a, part.from.b, part.to.a, part.to.b];
-        let reach = Vec3::splat(part.radius + contacts::MARGIN_MM);
-        let low = ends.into_iter().fold(Vec3::INFINITY, Vec3::min) - reach;
-        let high = ends.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max) + reach;
-        low.cmple(maxs).all() && high.cmpge(mins).all()
     }
 }

@@ -26,16 +26,11 @@ pub(crate) fn reach_mm(point: Vec3, known: Option<&Face>) -> f32 {
 }
 
 impl Collider {
-    /// Whether a point lies inside the tissue, and the face that is nearest to it; none if no face is within the depth
-    /// limit. A face known to be near, where there is one, spares most of the search.
+    /// Whether a point lies inside the tissue, and the face that is nearest to it; none if no face is within `reach`, mm, or the depth
+    /// limit.
     ///
     /// Where several faces share the nearest point (an edge, a corner), the one that faces the point most squarely says
     /// which side it is on.
-    pub(crate) fn nearest_face(&self, skin: &Skin, point: Vec3, known: Option<&Face>) -> Option<Nearest> {
-        self.nearest_face_within(skin, point, reach_mm(point, known))
-    }
-
-    /// The same; none if no face is within `reach`, mm, or the depth limit.
     pub(crate) fn nearest_face_within(&self, skin: &Skin, point: Vec3, reach: f32) -> Option<Nearest> {
         let away = |face: &Face| point_triangle(point, face.corners);
         let mut nearest = reach;

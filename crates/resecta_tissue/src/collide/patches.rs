@@ -1,7 +1,6 @@
 //! The triangles of a skin in patches: what lies together is found together.
 
 use bevy::{platform::collections::HashMap, prelude::*};
-use resecta_field::CHUNK;
 use resecta_solver::with_widest_registers;
 
 use crate::skin::{Skin, SkinVersion};
@@ -23,8 +22,6 @@ pub struct Patch {
     slots: Vec<u32>,
     /// The triangles, divided.
     pub runs: Vec<Run>,
-    /// The longest edge at rest, mm; infinite where a corner is a node.
-    pub longest_mm: f32,
     /// The nodes that carry any corner.
     carriers: Vec<u32>,
     /// The pentahedra that the triangles belong to.
@@ -58,13 +55,6 @@ pub struct ChunkPart {
 }
 
 impl ChunkPart {
-    /// The vertices and their numbers in the chunk.
-    pub(crate) fn vertices<'a>(&self, skin: &'a Skin) -> impl Iterator<Item = (usize, u32)> + 'a {
-        let part = *self;
-        let numbers = (0..CHUNK).filter(move |number| part.uses(*number));
-        numbers.map(move |number| (number, skin.vertex_of(part.chunk, number)))
-    }
-
     fn uses(self, number: usize) -> bool {
         self.used >> number & 1 == 1
     }
@@ -151,7 +141,6 @@ impl Patches {
                 && patch.slots.iter().all(is_home)
                 && (patch.carriers.iter()).all(|&node| count(self.at_nodes.of(node), number) == 1)
                 && patch.carriers == carriers_of(&patch.runs, skin)
-                && patch.longest_mm == longest_mm_of(&patch.runs, skin)
         });
         let chunks = self
             .all
@@ -320,7 +309,7 @@ impl Patches {
         self.all[number as usize] = patch;
     }
 
-    /// Looks up what carries a patch's corners and how long its edges are, which hang on where the corners lie at rest.
+    /// Looks up what carries a patch's corners, which hangs on where the corners lie at rest.
     fn look_up(&mut self, skin: &Skin, number: u32) {
         let mut patch = std::mem::take(&mut self.all[number as usize]);
         mark(&mut patch.is_stale, number, &mut self.stale);
@@ -334,7 +323,6 @@ impl Patches {
             }
             patch.carriers = carriers;
         }
-        patch.longest_mm = longest_mm_of(&patch.runs, skin);
         if patch.slots.is_empty() {
             for &pentahedron in &patch.pentahedra {
                 for has_node in [false, true] {
@@ -413,36 +401,11 @@ fn carriers_of(runs: &[Run], skin: &Skin) -> Vec<u32> {
     carriers
 }
 
-/// The longest edge of some runs at rest, mm; infinite where a corner is a node.
-fn longest_mm_of(runs: &[Run], skin: &Skin) -> f32 {
-    if runs.iter().any(|run| !run.nodes.is_empty()) {
-        return f32::INFINITY;
-    }
-    let triangles = runs.iter().flat_map(|run| &run.triangles);
-    let longest = triangles.map(|(_, vertices)| {
-        let [a, b, c] = vertices.map(|vertex| skin.rest_place(vertex));
-        a.distance(b).max(b.distance(c)).max(c.distance(a))
-    });
-    longest.fold(0.0, f32::max)
-}
-
 /// Puts a patch on a list unless its mark says that it is there.
 fn mark(is_marked: &mut bool, patch: u32, list: &mut Vec<u32>) {
     if !std::mem::replace(is_marked, true) {
         list.push(patch);
     }
-}
-
-/// Brings the parts of each chunk together, by rising chunk.
-pub fn merge(parts: &mut Vec<ChunkPart>) {
-    parts.sort_unstable();
-    parts.dedup_by(|next, kept| {
-        let is_same = next.chunk == kept.chunk;
-        if is_same {
-            kept.used |= next.used;
-        }
-        is_same
-    });
 }
 
 /// Puts triangles into an order that keeps close what lies close together: by octants of their middles, from the largest

@@ -79,7 +79,7 @@ pub fn small_block() -> resecta_solver::Tissue {
     block([10, 10, 6], 2.0, Vec3::new(-10.0, -10.0, 0.0), |place| place.z == 0.0)
 }
 
-/// A straight tube from z = 0 with a lumen of 2.5 mm radius.
+/// A straight tube from z = 0 with a lumen of 2.5 mm radius, nearly incompressible.
 pub fn tube(alpha_deg: f64, outer_mm: f64, length_mm: f64) -> resecta_solver::Tissue {
     let circle = |radius: f64| -> Vec<DVec2> {
         (0..180)
@@ -98,6 +98,7 @@ pub fn tube(alpha_deg: f64, outer_mm: f64, length_mm: f64) -> resecta_solver::Ti
     let lattice = Lattice::from_sections(&sections, &options).expect("a tube is a lattice");
     let material = Material {
         shear: ShearResistance::Diagonals,
+        poisson_ratio: Some(0.45),
         ..Material::default()
     };
     resecta_solver::Tissue::new(&TissueMesh::from_lattice(&lattice, material.shear), &material)

@@ -1,0 +1,465 @@
+//! Finds the points near a tool that its parts may touch in a step.
+//!
+//! A part is held off by every node, by every point of a face that no cut has reached, and by few of the many points of a pentahedron's
+//! cut surface: what a pentahedron carries moves with it. Before a thick part these are the deepest and those furthest out in every
+//! direction, and only the deepest of a pentahedron that the part has pierced. Before a thin one it is one: a slit that is narrower than
+//! the pentahedron has two walls, and a part between them cannot hold off both. Of faces that no cut has reached it is all points of one
+//! side.
+
+use bevy::{
+    platform::collections::{HashMap, HashSet},
+    prelude::*,
+};
+use resecta_field::CHUNK;
+use resecta_solver::{Touch, with_widest_registers};
+
+use super::{
+    contacts::{Found, MARGIN_MM},
+    overlap::Overlap,
+    samples::{self, Ball, Near, Sample, SampleId},
+    sweep::PartSweep,
+};
+use crate::{fine::Fine, skin::Skin, tool::ToolPartKind};
+
+/// What held a pentahedron in the last step goes on to do so unless another point comes nearer, or lies further out, by this much, mm: by
+/// turns, tissue around an instrument at rest would tremble.
+const KEEPS_MM: f32 = 0.2;
+/// A surface faces a thin part if the cosine between the way to it and the way into it is at least this.
+const FACES: f32 = 0.3;
+/// Faces of a pentahedron look the same way if the cosine between their normals is above this.
+const SAME_SIDE: f32 = 0.8;
+/// A point that a thin part has passed by more than this, mm, is left where it is: it lies on the other side for good.
+const FURTHEST_PASSED_MM: f32 = 1.0;
+/// A grid on a face stays as fine as it was until this share of its steps would do.
+const KEEPS_GRID: f32 = 0.4;
+/// A thin part goes on to push a pentahedron the way that it did before unless another way is deeper by this much, mm, for one that turns
+/// by 60 degrees: pushed now here, now there it would turn to and fro.
+const KEEPS_WAY_MM: f32 = 0.5;
+
+/// A pentahedron with a point deeper than this share of a thick part's radius is pierced by it, and goes out as a whole: pushed to both sides
+/// of the axis it would be stretched without end.
+const PIERCED: f32 = 0.6;
+
+/// What tools pushed in a step: points by tool and part, and pentahedra with the way in which they were pushed.
+#[derive(Debug, Default)]
+pub struct Before {
+    points: HashSet<(u32, u32, SampleId)>,
+    pentahedra: HashMap<(u32, u32, u32), Vec3>,
+    /// Into how many steps edges of exposed faces were divided, by tool, part and slot.
+    grids: HashMap<(u32, u32, u32), u32>,
+}
+
+impl Before {
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.points.clear();
+        self.pentahedra.clear();
+        self.grids.clear();
+    }
+
+    /// The number of steps along the edges of a face that are to be at least so many: the one of the last step, unless they are too few or
+    /// far too many. A number that changed to and fro would move the points.
+    fn grid(&self, key: (u32, u32, u32), least: f32) -> u32 {
+        let fresh = least.ceil().max(1.0) as u32;
+        let kept = |steps: &u32| least <= *steps as f32 && least > KEEPS_GRID * *steps as f32;
+        self.grids.get(&key).copied().filter(kept).unwrap_or(fresh)
+    }
+
+    /// Remembers what became of a contact.
+    pub fn add(&mut self, found: &Found, touch: &Touch) {
+        if touch.normal == Vec3::ZERO {
+            return;
+        }
+        self.points.insert(found.key());
+        if let SampleId::Face { slot, steps, .. } = found.id {
+            self.grids.insert((found.tool, found.part, slot), steps);
+        }
+        if !matches!(found.id, SampleId::Node(_)) {
+            self.pentahedra
+                .insert((found.tool, found.part, found.pentahedron), touch.normal);
+        }
+    }
+}
+
+/// Parts of a tool on their way through the step, with what it needs to find contacts.
+pub struct Search<'a> {
+    pub skin: &'a Skin<'a>,
+    pub fine: Option<&'a Fine>,
+    pub near: &'a Near,
+    /// Index of the tool among those of the step.
+    pub tool: u32,
+    /// The parts with their indices in the tool.
+    pub parts: &'a [(u32, PartSweep)],
+    /// What was pushed in the last step.
+    pub before: &'a Before,
+}
+
+/// A point that may become a contact.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    sample: Sample,
+    /// Distance from the part when the step begins, and the least one on its way.
+    gap: f32,
+    nearest: f32,
+}
+
+/// What was found of one part.
+#[derive(Default)]
+struct OfPart {
+    found: Vec<Found>,
+    candidates: Vec<Candidate>,
+    deepest_mm: f32,
+    /// Pentahedra with a point inside the part.
+    inside: Vec<u32>,
+}
+
+impl Search<'_> {
+    /// Puts what the parts may touch at the end of `found`: part by part, nodes, then points of pentahedra, each by ascending index.
+    /// Returns how much tissue lies in the parts when the step begins.
+    pub fn find(&self, found: &mut Vec<Found>) -> Overlap {
+        with_widest_registers(
+            #[inline(always)]
+            || self.find_all(found),
+        )
+    }
+
+    #[inline(always)]
+    fn find_all(&self, found: &mut Vec<Found>) -> Overlap {
+        let mut of_parts: Vec<OfPart> = Vec::new();
+        of_parts.resize_with(self.parts.len(), OfPart::default);
+        for (number, of_part) in of_parts.iter_mut().enumerate() {
+            self.find_nodes(number, of_part);
+        }
+        let mut reached: Vec<usize> = Vec::new();
+        for (pentahedron, ball) in &self.near.pentahedra {
+            reached.clear();
+            reached.extend((0..self.parts.len()).filter(|&number| self.may_touch(number, ball)));
+            if reached.is_empty() {
+                continue;
+            }
+            match self.fine.filter(|fine| fine.field().is_touched(*pentahedron)) {
+                Some(fine) => self.find_vertices(fine, (*pentahedron, ball), &reached, &mut of_parts),
+                None => self.find_points_of_faces((*pentahedron, ball), &reached, &mut of_parts),
+            }
+        }
+        let mut overlap = Overlap::default();
+        let first = found.len();
+        for ((_, part), of_part) in self.parts.iter().zip(of_parts) {
+            overlap.join(match part.is_thin() {
+                true => Overlap {
+                    deepest_in_thin_mm: of_part.deepest_mm,
+                    ..default()
+                },
+                false => Overlap {
+                    deepest_mm: of_part.deepest_mm,
+                    volume_mm3: self.volume_inside_mm3(part, of_part.inside),
+                    ..default()
+                },
+            });
+            found.extend(of_part.found);
+        }
+        keep_nearest_of_wire(found, first);
+        overlap
+    }
+
+    fn find_nodes(&self, number: usize, of_part: &mut OfPart) {
+        let part = &self.parts[number].1;
+        let solver = self.skin.solver();
+        for &(node, pentahedron, way) in &self.near.nodes {
+            let place = solver.position(node);
+            let (gap, nearest) = part.gaps(place);
+            if nearest < self.within(part, way) {
+                if gap < 0.0 {
+                    of_part.deepest_mm = of_part.deepest_mm.max(-gap);
+                    of_part.inside.extend(solver.pentahedra_around(node));
+                }
+                let sample = Sample::of_node(node, pentahedron, place);
+                of_part
+                    .found
+                    .push(self.record(number, &Candidate { sample, gap, nearest }));
+            }
+        }
+    }
+
+    /// Finds vertices of a pentahedron that a cut has reached.
+    #[inline(always)]
+    fn find_vertices(
+        &self,
+        fine: &Fine,
+        (pentahedron, ball): (u32, &Ball),
+        reached: &[usize],
+        of_parts: &mut [OfPart],
+    ) {
+        let (field, solver) = (fine.field(), self.skin.solver());
+        reached.iter().for_each(|&number| of_parts[number].candidates.clear());
+        for &chunk in field.chunks_of(pentahedron) {
+            let Some((places, used)) = field.chunk_lanes(chunk, |node| solver.position(node)) else {
+                continue;
+            };
+            for &number in reached {
+                let part = &self.parts[number].1;
+                let within = self.within(part, ball.way);
+                let near = part.squares_of_eight(&places, part.contact_radius() + within);
+                for n in (0..CHUNK).filter(|&n| used >> n & 1 == 1 && near[n]) {
+                    let sample = Sample {
+                        id: SampleId::Vertex(fine.surface().chunk_start(chunk) + n as u32),
+                        place: Vec3::new(places[0][n], places[1][n], places[2][n]),
+                        pentahedron,
+                        inward: None,
+                        weights: [0.0; 3],
+                    };
+                    self.consider(number, sample, within, &mut of_parts[number]);
+                }
+            }
+        }
+        for &number in reached {
+            let of_part = &mut of_parts[number];
+            of_part.note_depth(pentahedron);
+            let mut candidates = std::mem::take(&mut of_part.candidates);
+            self.keep_one_side(number, pentahedron, &mut candidates);
+            if !self.parts[number].1.is_thin() {
+                self.keep_some(number, &mut candidates);
+            }
+            of_part
+                .found
+                .extend(candidates.iter().map(|candidate| self.record(number, candidate)));
+            of_part.candidates = candidates;
+        }
+    }
+
+    /// Finds points of the exposed faces of a pentahedron that no cut has reached.
+    fn find_points_of_faces(&self, (pentahedron, ball): (u32, &Ball), reached: &[usize], of_parts: &mut [OfPart]) {
+        for &number in reached {
+            let (index, part) = &self.parts[number];
+            let of_part = &mut of_parts[number];
+            of_part.candidates.clear();
+            let grid = |slot: u32, least: f32| self.before.grid((self.tool, *index, slot), least);
+            let within = self.within(part, ball.way);
+            samples::of_faces(self.skin, pentahedron, part, grid, |sample| {
+                let faces = |inward: Vec3| part.away(sample.place).dot(inward) >= FACES;
+                if sample.inward.is_none_or(faces) {
+                    self.consider(number, sample, within, of_part);
+                }
+            });
+            of_part.note_depth(pentahedron);
+            let OfPart { found, candidates, .. } = of_part;
+            self.keep_one_side(number, pentahedron, candidates);
+            found.extend(candidates.iter().map(|candidate| self.record(number, candidate)));
+        }
+    }
+
+    /// Takes a point for a candidate if it may touch the part.
+    #[inline(always)]
+    fn consider(&self, number: usize, sample: Sample, within: f32, of_part: &mut OfPart) {
+        let part = &self.parts[number].1;
+        let (gap, nearest) = match sample.inward {
+            None => part.gaps(sample.place),
+            Some(inward) => part.gaps_along(sample.place, inward),
+        };
+        if nearest < within && gap > -FURTHEST_PASSED_MM - part.contact_radius() {
+            of_part.candidates.push(Candidate { sample, gap, nearest });
+        }
+    }
+
+    /// How near a point comes that becomes a contact, mm, if it goes such a way by itself.
+    fn within(&self, part: &PartSweep, way: f32) -> f32 {
+        MARGIN_MM + part.motion() + way
+    }
+
+    /// Whether a point of a ball may come that near on the way of a part.
+    fn may_touch(&self, number: usize, ball: &Ball) -> bool {
+        let part = &self.parts[number].1;
+        let (_, nearest) = part.gaps(ball.centre);
+        nearest < self.within(part, ball.way) + ball.radius
+    }
+
+    /// The candidate of a pentahedron that a thin part pushes furthest, the way that it did before.
+    fn deepest(&self, number: usize, pentahedron: u32, candidates: &[Candidate]) -> Option<Candidate> {
+        let (index, part) = &self.parts[number];
+        let before = self.before.pentahedra.get(&(self.tool, *index, pentahedron));
+        let depth = |candidate: &Candidate| {
+            let kept = before.map_or(0.0, |before| before.dot(part.away(candidate.sample.place)));
+            2.0 * KEEPS_WAY_MM * kept - candidate.nearest
+        };
+        let deeper = |one: &&Candidate, other: &&Candidate| depth(one).total_cmp(&depth(other));
+        candidates.iter().max_by(deeper).copied()
+    }
+
+    /// Keeps of a pentahedron's candidates those that a part pushes to the same side as the deepest: pushed at opposite faces, or to both
+    /// sides of an axis, a pentahedron would be turned inside out.
+    fn keep_one_side(&self, number: usize, pentahedron: u32, candidates: &mut Vec<Candidate>) {
+        let Some(deepest) = self.deepest(number, pentahedron, candidates) else {
+            return;
+        };
+        let part = &self.parts[number].1;
+        if !part.is_thin() {
+            if -deepest.gap > PIERCED * part.contact_radius() {
+                *candidates = vec![deepest];
+                return;
+            }
+            let way = part.away(deepest.sample.place);
+            candidates.retain(|candidate| part.away(candidate.sample.place).dot(way) > 0.0);
+            return;
+        }
+        let is_same = |candidate: &Candidate| candidate.sample.id == deepest.sample.id;
+        let looks_alike = |candidate: &Candidate| {
+            let both = candidate.sample.inward.zip(deepest.sample.inward);
+            both.is_some_and(|(one, other)| one.dot(other) > SAME_SIDE)
+        };
+        candidates.retain(|candidate| is_same(candidate) || looks_alike(candidate));
+    }
+
+    /// Keeps of a pentahedron's candidates the one that comes nearest to a thick part, and the furthest out along each axis.
+    fn keep_some(&self, number: usize, candidates: &mut Vec<Candidate>) {
+        let index = self.parts[number].0;
+        // By how much each is to be preferred, in the order of what it may be: nearest, low and high along x, y and z.
+        let mut best: [Option<(f32, usize)>; 7] = [None; 7];
+        for (n, candidate) in candidates.iter().enumerate() {
+            let held = self.before.points.contains(&(self.tool, index, candidate.sample.id));
+            let kept = if held { KEEPS_MM } else { 0.0 };
+            let [x, y, z] = candidate.sample.place.to_array();
+            for (best, value) in best.iter_mut().zip([-candidate.nearest, -x, x, -y, y, -z, z]) {
+                let value = value + kept;
+                if best.is_none_or(|(other, _)| value > other) {
+                    *best = Some((value, n));
+                }
+            }
+        }
+        let mut chosen: Vec<usize> = best.iter().flatten().map(|(_, n)| *n).collect();
+        chosen.sort_unstable();
+        chosen.dedup();
+        let kept: Vec<Candidate> = chosen.into_iter().map(|n| candidates[n]).collect();
+        *candidates = kept;
+    }
+
+    /// Roughly how much of some pentahedra lies in a part when the step begins, mm³: by their middles and the points half way from
+    /// there to their corners.
+    fn volume_inside_mm3(&self, part: &PartSweep, mut pentahedra: Vec<u32>) -> f32 {
+        pentahedra.sort_unstable();
+        pentahedra.dedup();
+        let solver = self.skin.solver();
+        let inside_mm3 = |pentahedron: u32| {
+            let corners = solver.pentahedron_nodes(pentahedron).map(|node| solver.position(node));
+            let centre = corners.iter().sum::<Vec3>() / 6.0;
+            let points = corners.iter().map(|corner| 0.5 * (*corner + centre)).chain([centre]);
+            let inside = points.filter(|&point| part.gaps(point).0 < 0.0).count();
+            let volume_mm3 = solver.volume_of(pentahedron).abs() * solver.fill(pentahedron);
+            volume_mm3 as f32 * inside as f32 / 7.0
+        };
+        pentahedra.into_iter().map(inside_mm3).sum()
+    }
+
+    fn record(&self, number: usize, candidate: &Candidate) -> Found {
+        let Candidate { sample, gap, .. } = candidate;
+        let (index, part) = &self.parts[number];
+        Found {
+            tool: self.tool,
+            part: *index,
+            kind: part.kind,
+            id: sample.id,
+            pentahedron: sample.pentahedron,
+            surface: sample.kind(self.skin),
+            point: sample.carriers(self.skin),
+            place: sample.place,
+            away: part.away(sample.place),
+            inward: sample.inward,
+            gap_mm: *gap,
+        }
+    }
+}
+
+impl OfPart {
+    /// Notes how deep the candidates of a pentahedron lie.
+    fn note_depth(&mut self, pentahedron: u32) {
+        let deepest = self
+            .candidates
+            .iter()
+            .map(|candidate| -candidate.gap)
+            .fold(0.0, f32::max);
+        if deepest > 0.0 {
+            self.deepest_mm = self.deepest_mm.max(deepest);
+            self.inside.push(pentahedron);
+        }
+    }
+}
+
+impl PartSweep {
+    /// How far a point is from the part's surface, mm: when the step begins, and at the nearer end of its way.
+    #[inline(always)]
+    pub fn gaps(&self, place: Vec3) -> (f32, f32) {
+        let radius = self.contact_radius();
+        let [first, last] =
+            [&self.from, &self.to].map(|axis| axis.at(axis.share_nearest(place)).distance(place) - radius);
+        (first, first.min(last))
+    }
+
+    /// The same of a thin part, which may have passed a point that goes out in a direction of its own.
+    #[inline(always)]
+    fn gaps_along(&self, place: Vec3, inward: Vec3) -> (f32, f32) {
+        let radius = self.contact_radius();
+        let [first, last] = [&self.from, &self.to].map(|axis| {
+            let away = place - axis.at(axis.share_nearest(place));
+            let deep = away.dot(inward);
+            // Passed only if it lies straight behind.
+            let is_passed = deep < 0.0 && away.length_squared() - deep * deep < radius * radius;
+            if is_passed {
+                deep - radius
+            } else {
+                away.length() - radius
+            }
+        });
+        (first, first.min(last))
+    }
+
+    /// Which of eight places come within a distance of the axis at either end of its way.
+    #[inline(always)]
+    fn squares_of_eight(&self, places: &[[f32; CHUNK]; 3], within: f32) -> [bool; CHUNK] {
+        let mut least = [f32::INFINITY; CHUNK];
+        for axis in [&self.from, &self.to] {
+            let along = axis.b - axis.a;
+            let squared = along.length_squared();
+            let per_squared = if squared > 0.0 { 1.0 / squared } else { 0.0 };
+            for n in 0..CHUNK {
+                let [x, y, z] = [
+                    places[0][n] - axis.a.x,
+                    places[1][n] - axis.a.y,
+                    places[2][n] - axis.a.z,
+                ];
+                let share = ((x * along.x + y * along.y + z * along.z) * per_squared).clamp(0.0, 1.0);
+                let [x, y, z] = [x - along.x * share, y - along.y * share, z - along.z * share];
+                least[n] = least[n].min(x * x + y * y + z * z);
+            }
+        }
+        let mut near = [false; CHUNK];
+        for n in 0..CHUNK {
+            near[n] = least[n] < within * within;
+        }
+        near
+    }
+
+    /// The unit direction from the axis to a place when the step begins.
+    #[inline(always)]
+    fn away(&self, place: Vec3) -> Vec3 {
+        (place - self.from.at(self.from.share_nearest(place))).normalize_or(Vec3::Y)
+    }
+}
+
+/// Of what was found from `first` on, keeps for each point the two pieces of a wire that are nearest to it: all pieces are within reach
+/// of it, and those further on say nothing that these do not.
+fn keep_nearest_of_wire(found: &mut Vec<Found>, first: usize) {
+    let is_wire = |found: &Found| found.kind == ToolPartKind::Loop;
+    let start = first + found[first..].iter().position(is_wire).unwrap_or(found.len() - first);
+    let mut wire = found.split_off(start);
+    wire.sort_by(|one, other| one.id.cmp(&other.id).then(one.gap_mm.total_cmp(&other.gap_mm)));
+    let mut count = (None, 0);
+    wire.retain(|found| {
+        count = if count.0 == Some(found.id) {
+            (count.0, count.1 + 1)
+        } else {
+            (Some(found.id), 1)
+        };
+        count.1 <= 2
+    });
+    wire.sort_by_key(|found| (found.part, found.id));
+    found.extend(wire);
+}
