@@ -6,7 +6,7 @@ use bevy::prelude::*;
 use resecta_anatomy::{Case, Lattice, LatticeOptions, Zone};
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_solver::{Effort, Material, ShearResistance, TissueMesh};
-use resecta_tissue::Tissue;
+use resecta_tissue::{CutDetail, Tissue};
 use serde::Serialize;
 
 use crate::{
@@ -182,6 +182,10 @@ impl LoadedExercise {
             water.begin(begun, tissue).map_err(broken)?;
         }
         let start = water.as_ref().map_or(start, |water| water.with_taps(start));
+        if let CutDetail::Field { spacing_mm } = models.detail {
+            // A gland that cannot be cut so finely is told of in the first step.
+            gland.refine(spacing_mm).ok();
+        }
         let way = admit::way_in(&walls, &resectoscope, &start);
         gland
             .make_room(&way, admit::STEP)

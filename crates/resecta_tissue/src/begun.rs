@@ -11,6 +11,18 @@ const LOOK_MM: f32 = 1.0;
 const LEFT_SHARE: f64 = 0.5;
 
 impl Tissue {
+    /// Makes ready what cuts as fine as that need, mm; nothing if it is. The plugin does so in the first step with a loop, which then takes a
+    /// quarter of a second for a gland.
+    ///
+    /// # Errors
+    /// [`FieldError`]: a tissue that cannot be cut so finely.
+    pub fn refine(&mut self, spacing_mm: f32) -> Result<(), FieldError> {
+        if self.fine.is_none() {
+            self.fine = Some(Fine::new(&self.solver, spacing_mm)?);
+        }
+        Ok(())
+    }
+
     /// Takes away what is inside of some volumes, and what then hangs by nothing, as if that had gone long ago: no message
     /// tells of it, no tool has done it and no chip is left of it. For a tissue that is not in an app yet; `detail` and `law`
     /// are to be those of its [`TissueSettings`](crate::TissueSettings).
