@@ -183,7 +183,7 @@ impl LoadedExercise {
         }
         let start = water.as_ref().map_or(start, |water| water.with_taps(start));
         if let CutDetail::Field { spacing_mm } = models.detail {
-            // A gland that cannot be cut so finely is told of in the first step.
+            // If the gland cannot be cut so finely, the plugin reports it in the first step.
             gland.refine(spacing_mm).ok();
         }
         let way = admit::way_in(&walls, &resectoscope, &start);

@@ -56,7 +56,7 @@ impl Walls {
         centre.map_or(0.0, |centre| clock_hour(point.truncate() - centre))
     }
 
-    /// The middle of the urethra at a height, mm; none where the organ does not reach.
+    /// The middle of the urethra at a height, mm; `None` below the first slice and above the last.
     pub fn middle(&self, z: f64) -> Option<DVec3> {
         let (first, last) = self.heights_mm()?;
         let is_there = (first..=last).contains(&z);

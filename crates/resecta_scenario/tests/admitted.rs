@@ -15,8 +15,8 @@ fn every_exercise_begins_with_tissue_around_the_sheath() {
         trial.start(exercise.as_str()).unwrap();
         for step in 0..10 {
             trial.steps(1);
-            let told = trial.app.world().resource::<TissueDiagnostics>();
-            let (overlap, inverted, of) = (told.overlap, told.inverted, told.pentahedra);
+            let diagnostics = trial.app.world().resource::<TissueDiagnostics>();
+            let (overlap, inverted, of) = (diagnostics.overlap, diagnostics.inverted, diagnostics.pentahedra);
             assert!(
                 overlap.deepest_mm < DEEPEST_MM,
                 "{exercise} in step {step}: {overlap:?}"

@@ -1,7 +1,7 @@
 //! Contacts: a moving rigid body that a point of the tissue may not enter.
 //!
 //! A contact holds after every substep, against the body where it is by then: a fast body pushes tissue along its whole way, and
-//! nothing has to be found anew on the way. A point inside the body goes out along the gradient of the body's distance. A body that is
+//! nothing has to be found again on the way. A point inside the body goes out along the gradient of the body's distance. A body that is
 //! thin against its way may pass a point: then the point goes out in a direction of its own, that into the tissue, however far it was
 //! passed. So do all points of a face alike, where the gradient would drive those on either side of a wire apart.
 //!
@@ -229,9 +229,9 @@ struct Part {
     share: f32,
 }
 
-/// A node goes at most so many times as far as the point of its contact. With a small weight beside nodes that are fixed or far heavier
-/// it would have to be flung aside for the point to move at all: then the point takes several substeps.
-const FURTHEST_FOR_ITS_WAY: f32 = 2.0;
+/// A node moves at most this many times as far as the point of its contact. A node with a small weight, beside nodes that are fixed or far
+/// heavier, would have to move far for the point to move at all; the point then takes several substeps.
+const MOST_LEVER: f32 = 2.0;
 
 impl Hold {
     /// The contact, the nodes sharing its way by weight and inverse inertia.
@@ -247,7 +247,7 @@ impl Hold {
         }
         let compliance: f32 = parts[..count].iter().map(|part| part.share * part.weight).sum();
         let largest = parts[..count].iter().map(|part| part.share).fold(0.0, f32::max);
-        let compliance = compliance.max(largest / FURTHEST_FOR_ITS_WAY);
+        let compliance = compliance.max(largest / MOST_LEVER);
         Hold {
             parts,
             count,

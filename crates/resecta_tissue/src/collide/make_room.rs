@@ -1,7 +1,8 @@
 //! Room for a tool that is in the tissue from the beginning.
 //!
-//! A tool that appears inside of tissue finds nodes on all sides of its axis, and which way each should go cannot be told from where
-//! it lies: pushed each its own way, they turn elements inside out and may come to lie a centimetre away. So the tissue is led there: along a way on which the tool is where tissue can give way from the start.
+//! A tool that appears inside tissue has nodes on all sides of its axis, and their positions do not show in which direction each should
+//! move. Pushed along the gradient, elements turn inside out and nodes may end up a centimetre away. So the tool starts in a shape and
+//! place where tissue can give way, and changes from there to its own.
 
 use std::time::Duration;
 
@@ -19,8 +20,9 @@ use crate::{
 };
 
 impl Tissue {
-    /// Moves the tissue out of the way of a tool that goes from shape to shape, a step each of that length; parts in the world, mm. All
-    /// shapes have as many parts. Nothing is told and nothing cut. Without two shapes nothing is done.
+    /// Moves the tissue out of the way of a tool that changes from each shape to the next, in one step of the given length each. A shape is a
+    /// list of parts in world coordinates, mm; all shapes have the same number of parts. Nothing is cut, and no message is written. With fewer
+    /// than two shapes it does nothing.
     ///
     /// # Errors
     /// What [`resecta_solver::Tissue::advance`] refuses; the tissue is then where it was before that step.
@@ -47,10 +49,7 @@ impl Tissue {
                 .map(|found| found.contact(&parts[found.part as usize]))
                 .collect();
             self.solver.advance(step.as_secs_f64(), &contacts)?;
-            before.clear();
-            for (found, touch) in found.iter().zip(self.solver.touches()) {
-                before.add(found, &touch);
-            }
+            before.renew(&found, self.solver.touches());
         }
         Ok(())
     }

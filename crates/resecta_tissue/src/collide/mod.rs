@@ -105,7 +105,7 @@ pub(crate) fn collide(
     diagnostics.collide += spent;
 }
 
-/// Moves every tissue by one step, and tells what touched it.
+/// Moves every tissue by one step, and writes messages about what touched it.
 pub(crate) fn integrate(
     mut tissues: Query<(Entity, &mut Tissue, &TissueSettings, &mut ToolContacts)>,
     mut loads: Query<&mut ToolLoad>,
@@ -149,7 +149,7 @@ pub(crate) fn integrate(
                     &mut found,
                 );
                 diagnostics.overlap.join(overlap);
-                // A loop that cuts pushes nothing, and was told before the cut.
+                // A loop that cuts pushes nothing: its contacts are those from before the cut.
                 let is_told = |found: &&Found| !tools[found.tool as usize].pushes(found.kind);
                 touches.extend(of_tools.burning.iter().filter(is_told).map(Touched::burnt));
             }
@@ -166,9 +166,8 @@ pub(crate) fn integrate(
                         reports.put_aside(entity, PutAsideSubject::Step, refused);
                     }
                     diagnostics.substeps += report.substeps + report.substeps_repeated;
-                    of_tools.before.clear();
+                    of_tools.before.renew(&found, tissue.solver.touches());
                     for (found, touch) in found.iter().zip(tissue.solver.touches()) {
-                        of_tools.before.add(found, &touch);
                         on_tools[found.tool as usize].add(touch.force_un, found.place);
                         touches.extend(Touched::pushed(found, part(found), &touch, &tissue.solver));
                     }
@@ -283,7 +282,7 @@ impl Touches {
         self.0.extend(touched);
     }
 
-    /// Tells of each part and pentahedron where it was deepest, and with which force in all.
+    /// Writes one message for each part and pentahedron: the deepest contact, with the sum of the forces.
     fn tell(mut self, tissue: Entity, tools: &[ToolMotion], messages: &mut MessageWriter<TissueContact>) {
         self.0.sort_by(|a, b| a.of.cmp(&b.of).then(b.depth.total_cmp(&a.depth)));
         for touches in self.0.chunk_by(|one, next| one.of == next.of) {

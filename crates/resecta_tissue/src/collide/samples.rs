@@ -17,7 +17,7 @@ pub const DIP_MM: f32 = 0.1;
 /// How far tissue is expected to go in a step at most, mm: beyond 120 mm/s it is still found, where it is held then.
 const FURTHEST_MM: f32 = 2.0;
 
-/// A shape of cells may reach so many times further than at rest.
+/// Stretch up to which a pentahedron is still found, relative to its size at rest.
 const STRETCH: f32 = 1.25;
 
 /// Which point of the tissue it is, in a given state of its surface.

@@ -28,14 +28,11 @@ const KEEPS_MM: f32 = 0.2;
 const FACES: f32 = 0.3;
 /// Faces of a pentahedron look the same way if the cosine between their normals is above this.
 const SAME_SIDE: f32 = 0.8;
-/// A point that a thin part has passed by more than this, mm, is left where it is: it lies on the other side for good.
-const FURTHEST_PASSED_MM: f32 = 1.0;
 /// A grid on a face stays as fine as it was until this share of its steps would do.
 const KEEPS_GRID: f32 = 0.4;
 /// A thin part goes on to push a pentahedron the way that it did before unless another way is deeper by this much, mm, for one that turns
 /// by 60 degrees: pushed now here, now there it would turn to and fro.
 const KEEPS_WAY_MM: f32 = 0.5;
-
 /// A pentahedron with a point deeper than this share of a thick part's radius is pierced by it, and goes out as a whole: pushed to both sides
 /// of the axis it would be stretched without end.
 const PIERCED: f32 = 0.6;
@@ -50,23 +47,25 @@ pub struct Before {
 }
 
 impl Before {
-    /// Forgets all.
-    pub fn clear(&mut self) {
+    /// Replaces what it holds by what became of the contacts of a step.
+    pub fn renew(&mut self, found: &[Found], touches: impl Iterator<Item = Touch>) {
         self.points.clear();
         self.pentahedra.clear();
         self.grids.clear();
+        for (found, touch) in found.iter().zip(touches) {
+            self.add(found, &touch);
+        }
     }
 
-    /// The number of steps along the edges of a face that are to be at least so many: the one of the last step, unless they are too few or
-    /// far too many. A number that changed to and fro would move the points.
+    /// The number of steps along the edges of a face, `least` or more: the number of the last step, unless that is too small or far too large.
+    /// A number that changed to and fro would move the points.
     fn grid(&self, key: (u32, u32, u32), least: f32) -> u32 {
         let fresh = least.ceil().max(1.0) as u32;
         let kept = |steps: &u32| least <= *steps as f32 && least > KEEPS_GRID * *steps as f32;
         self.grids.get(&key).copied().filter(kept).unwrap_or(fresh)
     }
 
-    /// Remembers what became of a contact.
-    pub fn add(&mut self, found: &Found, touch: &Touch) {
+    fn add(&mut self, found: &Found, touch: &Touch) {
         if touch.normal == Vec3::ZERO {
             return;
         }
@@ -256,7 +255,7 @@ impl Search<'_> {
             None => part.gaps(sample.place),
             Some(inward) => part.gaps_along(sample.place, inward),
         };
-        if nearest < within && gap > -FURTHEST_PASSED_MM - part.contact_radius() {
+        if nearest < within {
             of_part.candidates.push(Candidate { sample, gap, nearest });
         }
     }
