@@ -11,6 +11,7 @@
 
 use glam::Vec3;
 
+use crate::kick::Kicks;
 use crate::ranges::{FURTHEST_MM, within};
 use crate::tissue::Motion;
 use crate::vectors::{Place, Scalars, Vectors};
@@ -215,6 +216,8 @@ struct Hold {
     /// What the overlap becomes less by over the advance, mm.
     recovered_mm: f32,
     slack_mm: f32,
+    /// What its point loses of a substep's push to the medium before the body takes the rest: a factor on the impulse, 1 or more.
+    lost: f32,
     normal: Vec3,
     /// g mm/s = µN s.
     impulse: Vec3,
@@ -257,15 +260,37 @@ impl Hold {
             overlap_mm: contact.overlap_mm,
             recovered_mm: contact.recovery_mm_per_s * duration_s,
             slack_mm: contact.slack_mm,
+            lost: 1.0,
             normal: Vec3::ZERO,
             impulse: Vec3::ZERO,
+        }
+    }
+
+    /// The same, with what the kicks lose to the medium.
+    fn with_loss(self, contact: &Contact, kicks: &Kicks, substep_s: f32, inverse_inertia: &Scalars) -> Hold {
+        let (mut whole, mut left) = (0.0, 0.0);
+        for (node, weight) in contact.point.parts() {
+            let push = weight * weight * substep_s * inverse_inertia.at(node);
+            whole += push;
+            left += weight * weight * kicks.whole_push(node);
+        }
+        Hold {
+            lost: if left > 0.0 { whole / left } else { 1.0 },
+            ..self
         }
     }
 }
 
 impl Holds {
-    /// Makes contacts ready for an advance of that duration.
-    pub fn prepare(&mut self, contacts: &[Contact], duration_s: f32, inverse_inertia: &Scalars) {
+    /// Makes contacts ready for an advance of so many substeps of such kicks.
+    pub fn prepare(
+        &mut self,
+        contacts: &[Contact],
+        (substeps, substep_s): (u32, f32),
+        kicks: &Kicks,
+        inverse_inertia: &Scalars,
+    ) {
+        let duration_s = substep_s * substeps as f32;
         self.duration_s = duration_s;
         self.pushers.clear();
         self.holds.clear();
@@ -275,7 +300,9 @@ impl Holds {
                 self.pushers.push(contact.pusher);
             }
             let pusher = self.pushers.len() as u32 - 1;
-            self.holds.push(Hold::new(contact, pusher, duration_s, inverse_inertia));
+            let hold = Hold::new(contact, pusher, duration_s, inverse_inertia);
+            self.holds
+                .push(hold.with_loss(contact, kicks, substep_s, inverse_inertia));
         }
     }
 
@@ -384,7 +411,7 @@ impl Motion {
                 self.velocities
                     .add_at(part.place, normal * (against * part.share * per_compliance));
             }
-            hold.impulse += normal * (against * per_compliance);
+            hold.impulse += normal * (against * per_compliance * hold.lost);
         }
     }
 }

@@ -60,6 +60,12 @@ impl Kicks {
         }
     }
 
+    /// Velocity that a node gains per force in a whole substep, s/g.
+    pub fn whole_push(&self, node: u32) -> f32 {
+        let (site, lane) = self.sites.place(node);
+        self.whole[site].push.0[lane]
+    }
+
     /// Half a kick for some sites.
     #[inline(always)]
     pub fn apply_half<S: Simd>(&self, simd: S, sites: Range<usize>, forces: &Vectors, velocities: &mut Vectors) {

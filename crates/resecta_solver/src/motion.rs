@@ -311,9 +311,9 @@ impl Tissue {
     /// Loads, coefficients and contacts; the sums of forces begin with the loads.
     #[inline(always)]
     pub(crate) fn begin(&mut self, plan: Plan, contacts: &[Contact]) {
+        (self.scratch.kicks).prepare(plan.substep_s, self.weighing.round, &self.nodes);
         self.take_hold(plan, contacts);
         let scratch = &mut self.scratch;
-        scratch.kicks.prepare(plan.substep_s, self.weighing.round, &self.nodes);
         if self.accuracy.effort.is_viscous() {
             scratch.viscosity.prepare(&self.springs, &self.nodes.inverse_inertia);
         }
@@ -389,9 +389,9 @@ impl Tissue {
 
     /// Makes the contacts of an advance ready.
     pub(crate) fn take_hold(&mut self, plan: Plan, contacts: &[Contact]) {
-        let duration_s = plan.substep_s as f32 * plan.substeps as f32;
-        let inverse_inertia = &self.nodes.inverse_inertia;
-        self.scratch.contacts.prepare(contacts, duration_s, inverse_inertia);
+        let (scratch, inverse_inertia) = (&mut self.scratch, &self.nodes.inverse_inertia);
+        let substeps = (plan.substeps, plan.substep_s as f32);
+        (scratch.contacts).prepare(contacts, substeps, &scratch.kicks, inverse_inertia);
     }
 
     /// What became of the contacts of the last advance, those that were refused left out.
