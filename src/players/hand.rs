@@ -21,13 +21,11 @@ pub(super) fn hold(
         down = outwards.reject_from_normalized(ahead).normalize_or(down);
     }
     let distance = (place - down * depth - scope.pivot()).length();
-    let right = scope.axis().cross(scope.up());
-    let pitch = ahead.dot(scope.up()).clamp(-1.0, 1.0).asin();
-    let yaw = ahead.dot(right).atan2(ahead.dot(scope.axis()));
+    let [pitch_deg, yaw_deg] = scope.turned_to(ahead);
     let mut state = InstrumentState {
         insertion_mm: distance - stroke_mm,
-        pitch_deg: pitch.to_degrees(),
-        yaw_deg: yaw.to_degrees(),
+        pitch_deg,
+        yaw_deg,
         roll_deg: 0.0,
         stroke_mm,
         ..*now

@@ -13,6 +13,7 @@
 //! Deterministic: no chance, no wall time.
 
 mod hand;
+mod lumen;
 mod plan;
 mod play;
 mod senses;

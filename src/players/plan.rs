@@ -55,7 +55,7 @@ impl Manner {
             inside_capsule_mm: 2.0,
             above_verumontanum_mm: [2.0, 4.0, 4.0, 6.0],
             lets_go_at_capsule_mm: Some(0.5),
-            lets_go_above_verumontanum_mm: Some(0.5),
+            lets_go_above_verumontanum_mm: Some(1.5),
             keeps_to_marks: true,
             sectors: 4,
             rounds: 1,

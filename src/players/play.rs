@@ -1,5 +1,7 @@
 //! The course of a scripted operation: stroke after stroke, and what comes between them.
 
+use std::sync::Arc;
+
 use bevy::{math::DVec3, prelude::*};
 use resecta_anatomy::Case;
 use resecta_instrument::{InstrumentPlayback, InstrumentRequest, InstrumentState, Resectoscope};
@@ -7,6 +9,7 @@ use resecta_scenario::{Exercise, LoopClearance, RunState};
 
 use super::{
     hand::{approach, hold, is_at},
+    lumen::Lumen,
     plan::{Manner, Outlines, Stroke, strokes, towards},
     senses::Senses,
 };
@@ -109,8 +112,7 @@ pub(crate) struct Play {
     last_look: Option<usize>,
     steps_without_tissue: u32,
     is_inflow_shut: bool,
-    /// Middles of the urethra by height, 1 mm apart.
-    middles: Vec<DVec3>,
+    lumen: Arc<Lumen>,
     neck: Vec3,
 }
 
@@ -146,7 +148,9 @@ impl Play {
             last_look: None,
             steps_without_tissue: 0,
             is_inflow_shut: false,
-            middles: heights.map(middle).collect(),
+            lumen: Arc::new(Lumen {
+                middles: heights.map(middle).collect(),
+            }),
             neck: case
                 .landmarks
                 .bladder_neck
@@ -156,7 +160,7 @@ impl Play {
 
     /// From the middle of the urethra to a place, across.
     fn outwards(&self, place: Vec3) -> Vec3 {
-        let nearest = self.middles.iter().map(|middle| middle.as_vec3());
+        let nearest = self.lumen.middles.iter().map(|middle| middle.as_vec3());
         let nearest = nearest.min_by(|a, b| (a.z - place.z).abs().total_cmp(&(b.z - place.z).abs()));
         nearest.map_or(Vec3::Y, |middle| (place - middle).with_z(0.0).normalize_or(Vec3::Y))
     }
@@ -192,7 +196,11 @@ impl Play {
             coagulate: false,
             ..*now
         };
-        let go = |to: &InstrumentState| approach(scope, &released, to, manner.haste, step_s);
+        let lumen = Arc::clone(&self.lumen);
+        let go = |to: &InstrumentState| {
+            let pace = [manner.haste, step_s];
+            lumen.follow(scope, &released, to, manner.carried_out_mm, pace)
+        };
         let next = match self.doing {
             Doing::Reach | Doing::Extend | Doing::Lower => match self.way_point(0.0) {
                 None => {

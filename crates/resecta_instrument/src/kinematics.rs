@@ -121,6 +121,14 @@ impl Resectoscope {
         self.sheath_pose(state).translation.into()
     }
 
+    /// The pitch and the yaw of a sheath that points in a direction, degrees; those of the axis for none.
+    pub fn turned_to(&self, ahead: Vec3) -> [f32; 2] {
+        let ahead = self.frame.inverse() * ahead.normalize_or(self.axis());
+        let pitch = ahead.y.clamp(-1.0, 1.0).asin();
+        let yaw = ahead.x.atan2(-ahead.z);
+        [pitch.to_degrees(), yaw.to_degrees()]
+    }
+
     /// The loop's pose.
     pub fn loop_pose(&self, state: &InstrumentState) -> LoopPose {
         let sheath = self.sheath_pose(state);
