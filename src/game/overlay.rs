@@ -43,9 +43,10 @@ pub fn plugin(app: &mut App) {
 }
 
 /// What is warned of when it happens, and in which words.
-const HARM: [(MetricId, &str); 2] = [
+const HARM: [(MetricId, &str); 3] = [
     (MetricId::CapsuleTouches, "Capsule touched!"),
     (MetricId::SphincterInjuries, "Sphincter injured!"),
+    (MetricId::FalsePassages, "Tissue torn: a false passage!"),
 ];
 
 /// What is to be warned of, in the order of [`HARM`].

@@ -6,7 +6,7 @@ use bevy_egui::{
     egui::{self, Color32, RichText, Ui},
 };
 use resecta_fluid::{Bladder, Irrigation, Turbidity, TurbiditySettings, Vessels};
-use resecta_instrument::InstrumentState;
+use resecta_instrument::{HOLDS_N, InstrumentState, TEARS_N, TissueLoad};
 use resecta_scenario::{ActiveExercise, Exercise, MetricId, Metrics, PartScore, ScoreCard, ScoreLine};
 use resecta_tissue::TissueDiagnostics;
 
@@ -35,7 +35,7 @@ fn show(
     (bladder, irrigation, turbidity): (Option<Res<Bladder>>, Option<Res<Irrigation>>, Option<Res<Turbidity>>),
     (pace, kept): (Res<Pace>, Res<KeptSettings>),
     vessels: Query<&Vessels>,
-    instruments: Query<&InstrumentState>,
+    instruments: Query<(&InstrumentState, &TissueLoad)>,
     flow: Res<GameFlow>,
 ) -> Result {
     let Some(active) = active.filter(|_| flow.phase.shows_exercise()) else {
@@ -72,8 +72,8 @@ fn show(
                 ui.separator();
                 measured(ui, &metrics, &active.exercise);
                 ui.separator();
-                if let Ok(state) = instruments.get(active.instrument) {
-                    instrument(ui, state);
+                if let Ok((state, load)) = instruments.get(active.instrument) {
+                    instrument(ui, state, load);
                     ui.separator();
                 }
                 if let Some(bladder) = &bladder {
@@ -165,7 +165,12 @@ pub fn tells_removed(exercise: &Exercise, metrics: &Metrics) -> bool {
 fn measured(ui: &mut Ui, metrics: &Metrics, exercise: &Exercise) {
     let value = |metric| metrics.value(metric);
     let plain = palette::TEXT;
-    let [touches, injuries] = [MetricId::CapsuleTouches, MetricId::SphincterInjuries].map(value);
+    let [touches, injuries, passages] = [
+        MetricId::CapsuleTouches,
+        MetricId::SphincterInjuries,
+        MetricId::FalsePassages,
+    ]
+    .map(value);
     let harm = |count: f64| if count > 0.0 { BAD } else { plain };
     let strokes = value(MetricId::Strokes);
     let left_s = (exercise.limits.time_s - value(MetricId::Elapsed)).max(0.0);
@@ -183,6 +188,7 @@ fn measured(ui: &mut Ui, metrics: &Metrics, exercise: &Exercise) {
     let rest = [
         ("Capsule touched", format!("{touches:.0}"), harm(touches)),
         ("Sphincter injured", format!("{injuries:.0}"), harm(injuries)),
+        ("False passages", format!("{passages:.0}"), harm(passages)),
         (
             "Current without contact",
             format!("{:.1} s", value(MetricId::CurrentWithoutContact)),
@@ -193,13 +199,19 @@ fn measured(ui: &mut Ui, metrics: &Metrics, exercise: &Exercise) {
     table(ui, "measured", removed.into_iter().filter(|_| is_news).chain(rest));
 }
 
-fn instrument(ui: &mut Ui, state: &InstrumentState) {
+fn instrument(ui: &mut Ui, state: &InstrumentState, load: &TissueLoad) {
     let current = if state.cut {
         RichText::new("cutting").color(CAREFUL)
     } else if state.coagulate {
         RichText::new("coagulating").color(palette::COAGULATION)
     } else {
         RichText::new("off").weak()
+    };
+    let force_n = load.hardest().map_or(0.0, |patch| patch.force_n.length());
+    let pressed = match force_n {
+        force_n if force_n >= TEARS_N => BAD,
+        force_n if force_n > HOLDS_N => CAREFUL,
+        _ => palette::TEXT,
     };
     ui.horizontal(|ui| {
         ui.label(RichText::new("Instrument").strong());
@@ -215,6 +227,7 @@ fn instrument(ui: &mut Ui, state: &InstrumentState) {
             palette::TEXT,
         ),
         ("Roll", degrees(state.roll_deg), palette::TEXT),
+        ("Tissue presses", format!("{force_n:.1} N"), pressed),
     ];
     table(ui, "instrument", rows);
 }

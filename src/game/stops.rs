@@ -121,6 +121,9 @@ fn place(field: InstrumentField, above: bool) -> (&'static [[f32; 2]], &'static 
 /// What is said where the body stops the sheath.
 const HELD: &str = "The capsule holds the sheath: draw back or turn the tip";
 
+/// What is said where tissue holds it.
+const RESISTS: &str = "Tissue resists: do not force it. Find the lumen";
+
 const ALL_AROUND: [[f32; 2]; 4] = [[0.7, 0.7], [-0.7, 0.7], [-0.7, -0.7], [0.7, -0.7]];
 
 /// Whether a field's directions are the patient's, which roll in the picture, rather than the sheath's.
@@ -160,6 +163,7 @@ fn show(
             let words = match stop.by {
                 StoppedBy::Limits => end,
                 StoppedBy::Body => HELD,
+                StoppedBy::Tissue => RESISTS,
             };
             let roll = if rolls(field) { state.roll_deg.to_radians() } else { 0.0 };
             for &[x, y] in directions {
@@ -280,43 +284,38 @@ mod tests {
     }
 
     #[test]
-    fn a_sheath_that_is_pushed_into_the_floor_is_held_by_the_capsule_and_says_so() {
+    fn a_sheath_that_is_pushed_into_the_floor_is_held_by_tissue_and_says_so() {
         let (mut app, pads) = app(1);
         let instrument = app.world().resource::<ActiveExercise>().instrument;
         let push = |app: &mut App, axis, amount| {
             let mut pad = app.world_mut().get_mut::<Gamepad>(pads[0]).unwrap();
             pad.analog_mut().set(axis, amount);
         };
-        let stop = |app: &App| {
-            app.world()
-                .resource::<Stops>()
-                .shown
-                .first()
-                .map(|(stop, _)| (stop.field, stop.by))
-        };
+        let state = |app: &App| *app.world().get::<InstrumentState>(instrument).unwrap();
         // Down as far as the gland's end lets it, then on.
         push(&mut app, GamepadAxis::RightStickY, -1.0);
         (0..30).for_each(|_| app.update());
-        push(&mut app, GamepadAxis::RightStickY, 0.0);
         push(&mut app, GamepadAxis::LeftStickY, 1.0);
         (0..240).for_each(|_| app.update());
-        let held = *app.world().get::<InstrumentState>(instrument).unwrap();
-        assert_eq!(
-            stop(&app),
-            Some((InstrumentField::Insertion, StoppedBy::Body)),
-            "{held:?}"
-        );
+        let shown = &app.world().resource::<Stops>().shown;
+        let by_tissue = |field| (shown.iter()).any(|(stop, _)| (stop.field, stop.by) == (field, StoppedBy::Tissue));
+        assert!(by_tissue(InstrumentField::Insertion), "{shown:?}, {:?}", state(&app));
+        let held = state(&app);
         let mut felt = 0;
         for _ in 0..12 {
             app.update();
             felt += rumbles(&mut app).len();
         }
         assert!(felt > 0);
-        let now = *app.world().get::<InstrumentState>(instrument).unwrap();
-        assert_eq!(now.insertion_mm, held.insertion_mm);
+        // It creeps at most, where the stick alone would bring it 9 mm on.
+        assert!(
+            state(&app).insertion_mm < held.insertion_mm + 1.0,
+            "{held:?} {:?}",
+            state(&app)
+        );
         push(&mut app, GamepadAxis::LeftStickY, -1.0);
         (0..60).for_each(|_| app.update());
-        assert!(app.world().get::<InstrumentState>(instrument).unwrap().insertion_mm < held.insertion_mm - 5.0);
+        assert!(state(&app).insertion_mm < held.insertion_mm - 5.0);
     }
 
     #[test]

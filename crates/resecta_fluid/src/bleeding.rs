@@ -124,7 +124,7 @@ fn adopt(
     }
 }
 
-/// Opens the vessels that cuts have reached.
+/// Opens the vessels that cuts have reached, or tears.
 fn open(
     mut lists: Query<(Entity, &mut Vessels)>,
     tissues: Query<&Tissue>,
@@ -132,7 +132,8 @@ fn open(
     mut opened: MessageWriter<VesselOpened>,
 ) {
     let cuts: Vec<&TissueResected> = cuts.read().collect();
-    if cuts.is_empty() {
+    let has_torn = |vessels: &Vessels| vessels.list.iter().any(|(_, course)| course.tears());
+    if cuts.is_empty() && !lists.iter().any(|(_, vessels)| has_torn(vessels)) {
         return;
     }
     for (entity, mut vessels) in ordered(lists.iter_mut()) {
@@ -145,7 +146,8 @@ fn open(
                 let of = |&(pentahedron, _): &(u32, f64)| pentahedron;
                 cut.tissue == entity && cut.taken_mm3.binary_search_by_key(&course.carrier, of).is_ok()
             };
-            if course.state == VesselState::Intact && is_cut(solver, course.carrier) && cuts.iter().any(lost_tissue) {
+            let is_reached = is_cut(solver, course.carrier) && cuts.iter().any(lost_tissue);
+            if course.tears() || course.state == VesselState::Intact && is_reached {
                 opened.write(course.open(entity, index, vessel, solver));
             }
         }

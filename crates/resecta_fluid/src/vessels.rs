@@ -187,6 +187,8 @@ pub(crate) struct Course {
     pub state: VesselState,
     /// The pentahedron that carries it now.
     pub carrier: u32,
+    /// Whether it opens without a cut: what carries it tore.
+    pub is_torn: bool,
     /// Whether that is another than it was at rest.
     pub strayed: bool,
     pub place: Vec3,
@@ -211,20 +213,11 @@ impl Vessels {
         for (vessel, data) in vessels.iter().enumerate() {
             data.check().map_err(|error| VesselError::Vessel { vessel, error })?;
         }
-        let course = |vessel: &Vessel| Course {
-            state: VesselState::Intact,
-            carrier: vessel.pentahedron,
-            strayed: false,
-            place: vessel.place,
-            direction: vessel.direction,
-            age_s: 0.0,
-            dwell_s: 0.0,
-            due_ml: 0.0,
-            rate_ml_per_s: 0.0,
-            lost_ml: 0.0,
-        };
         Ok(Self {
-            list: vessels.into_iter().map(|vessel| (vessel, course(&vessel))).collect(),
+            list: vessels
+                .into_iter()
+                .map(|vessel| (vessel, Course::of(&vessel)))
+                .collect(),
             ..default()
         })
     }
@@ -236,6 +229,23 @@ impl Vessels {
                 course.state = VesselState::Coagulated;
             }
         }
+    }
+
+    /// Adds a vessel that bleeds from the next step on: what carries it was torn, not cut.
+    ///
+    /// # Errors
+    /// [`VesselError::Vessel`] names it, by the index that it would have had, if a value makes no sense.
+    pub fn tear(&mut self, vessel: Vessel) -> Result<(), VesselError> {
+        let index = self.list.len();
+        vessel
+            .check()
+            .map_err(|error| VesselError::Vessel { vessel: index, error })?;
+        let course = Course {
+            is_torn: true,
+            ..Course::of(&vessel)
+        };
+        self.list.push((vessel, course));
+        Ok(())
     }
 
     /// How many there are.
@@ -290,6 +300,28 @@ pub(crate) fn is_cut(tissue: &resecta_solver::Tissue, pentahedron: u32) -> bool 
 }
 
 impl Course {
+    /// That of a vessel that nothing has happened to.
+    fn of(vessel: &Vessel) -> Self {
+        Course {
+            state: VesselState::Intact,
+            carrier: vessel.pentahedron,
+            is_torn: false,
+            strayed: false,
+            place: vessel.place,
+            direction: vessel.direction,
+            age_s: 0.0,
+            dwell_s: 0.0,
+            due_ml: 0.0,
+            rate_ml_per_s: 0.0,
+            lost_ml: 0.0,
+        }
+    }
+
+    /// Whether it bleeds from now on, by a tear.
+    pub fn tears(&self) -> bool {
+        self.is_torn && self.state == VesselState::Intact
+    }
+
     /// What the clot has left of the rate.
     pub fn share(&self, vessel: &Vessel) -> f64 {
         (-self.age_s / vessel.clotting_s).exp()

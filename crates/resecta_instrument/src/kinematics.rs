@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use crate::{
     InstrumentLimits, InstrumentPlayback, InstrumentRequest, InstrumentSource, InstrumentState, ResectoscopeGeometry,
+    TissueLoad,
 };
 use resecta_tissue::TissueTool;
 
@@ -38,6 +39,7 @@ pub enum ResectoscopeError {
     InstrumentRequest,
     InstrumentSource,
     InstrumentPlayback,
+    TissueLoad,
     TissueTool,
     Transform
 )]

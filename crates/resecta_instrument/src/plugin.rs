@@ -3,13 +3,13 @@
 
 use bevy::input::InputSystems;
 use bevy::prelude::*;
-use resecta_tissue::TissueTool;
+use resecta_tissue::{TissueContact, TissueTool};
 
 use crate::live::gather_live_input;
 use crate::{
     InstrumentBindings, InstrumentField, InstrumentLimits, InstrumentPlayback, InstrumentRecording, InstrumentRefused,
-    InstrumentRequest, InstrumentSource, InstrumentState, InstrumentStopped, LiveInput, Resectoscope,
-    ResectoscopeGeometry, StoppedBy,
+    InstrumentRequest, InstrumentSource, InstrumentState, InstrumentStopped, InstrumentTore, LiveInput, Resectoscope,
+    ResectoscopeGeometry, StoppedBy, TissueLoad,
 };
 
 /// What runs in a fixed step, in this order, in [`FixedUpdate`]: before the tissue, whose default schedule is
@@ -46,10 +46,14 @@ impl Plugin for InstrumentPlugin {
             .register_type::<InstrumentRecording>()
             .register_type::<InstrumentBindings>()
             .register_type::<LiveInput>()
+            .register_type::<TissueLoad>()
             .init_resource::<InstrumentBindings>()
             .init_resource::<LiveInput>()
             .add_message::<InstrumentRefused>()
             .add_message::<InstrumentStopped>()
+            .add_message::<InstrumentTore>()
+            // The tissue's plugin may come later, or not at all.
+            .add_message::<TissueContact>()
             .configure_sets(
                 FixedUpdate,
                 (
@@ -65,7 +69,7 @@ impl Plugin for InstrumentPlugin {
                 FixedUpdate,
                 (
                     (place, sample).chain().in_set(InstrumentSystems::Sample),
-                    apply.in_set(InstrumentSystems::Apply),
+                    (press, apply).chain().in_set(InstrumentSystems::Apply),
                 ),
             );
     }
@@ -82,14 +86,15 @@ fn place(
             &mut InstrumentState,
             &mut InstrumentRequest,
             &mut InstrumentPlayback,
-            &mut TissueTool,
+            (&mut TissueTool, &mut TissueLoad),
             Option<&mut InstrumentRecording>,
         ),
         Or<(Changed<Resectoscope>, Changed<InstrumentSource>)>,
     >,
     mut refused: MessageWriter<InstrumentRefused>,
 ) {
-    for (instrument, scope, source, mut state, mut request, mut playback, mut tool, recording) in &mut instruments {
+    for row in &mut instruments {
+        let (instrument, scope, source, mut state, mut request, mut playback, (mut tool, mut load), recording) = row;
         match scope.limits.clamp(&source.start(&state)) {
             Ok(start) => *state = start,
             Err(reason) => {
@@ -101,6 +106,7 @@ fn place(
         *playback = InstrumentPlayback::default();
         scope.write_tool(&state, &mut tool);
         tool.previous = None;
+        *load = TissueLoad::default();
         if let Some(mut recording) = recording {
             *recording = InstrumentRecording {
                 step_s: time.delta_secs_f64(),
@@ -177,12 +183,44 @@ fn sample(
     }
 }
 
-/// Moves every instrument towards its request and tells the tissue.
+/// Takes in with what tissue pressed on the instruments in the last step, and tells where it tore.
+fn press(
+    time: Res<Time>,
+    mut instruments: Query<(Entity, &Resectoscope, &InstrumentState, &mut TissueLoad)>,
+    mut contacts: MessageReader<TissueContact>,
+    mut tore: MessageWriter<InstrumentTore>,
+) {
+    for (.., mut load) in &mut instruments {
+        load.begin();
+    }
+    for contact in contacts.read() {
+        if let Ok((_, scope, state, mut load)) = instruments.get_mut(contact.tool) {
+            load.add(scope, state, contact);
+        }
+    }
+    for (instrument, .., mut load) in &mut instruments {
+        if let Some(patch) = load.end(time.delta_secs()) {
+            let force_n = patch.force_n.length();
+            tore.write(InstrumentTore {
+                instrument,
+                tissue: patch.tissue,
+                pentahedron: patch.pentahedron,
+                place: patch.place,
+                towards: -patch.force_n / force_n,
+                force_n,
+            });
+        }
+    }
+}
+
+/// Moves every instrument towards its request, as far as tissue lets it, and tells the tissue.
 fn apply(
     time: Res<Time>,
     mut instruments: Query<(
         Entity,
         &Resectoscope,
+        &InstrumentSource,
+        &TissueLoad,
         &mut InstrumentState,
         &mut InstrumentRequest,
         &mut TissueTool,
@@ -190,11 +228,35 @@ fn apply(
         Option<&mut InstrumentRecording>,
     )>,
     mut refused: MessageWriter<InstrumentRefused>,
+    mut stopped: MessageWriter<InstrumentStopped>,
 ) {
-    for (instrument, scope, mut state, mut request, mut tool, mut transform, recording) in &mut instruments {
+    let step_s = time.delta_secs();
+    for row in &mut instruments {
+        let (instrument, scope, source, load, mut state, mut request, mut tool, mut transform, recording) = row;
         let before = *state;
-        match scope.limits.advance(&before, &request.0, time.delta_secs()) {
-            Ok(next) => *state = next,
+        match scope.limits.advance(&before, &request.0, step_s) {
+            Ok(next) => {
+                *state = next;
+                let is_recorded = matches!(source, InstrumentSource::Recording(_));
+                if let Some(held) = load.hold(scope, &before, &next, step_s).filter(|_| !is_recorded) {
+                    stopped.write_batch(scope.limits.held(&next, &held, step_s).map(|(field, above, push)| {
+                        InstrumentStopped {
+                            instrument,
+                            field,
+                            above,
+                            push,
+                            by: StoppedBy::Tissue,
+                        }
+                    }));
+                    *state = held;
+                    if matches!(source, InstrumentSource::Live) {
+                        // The hand does not get ahead of what holds it.
+                        for field in [InstrumentField::Insertion, InstrumentField::Pitch, InstrumentField::Yaw] {
+                            request.0.set(field, held.get(field));
+                        }
+                    }
+                }
+            }
             Err(reason) => {
                 refused.write(InstrumentRefused { instrument, reason });
                 // The next request starts from a number again.

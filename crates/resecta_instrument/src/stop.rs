@@ -8,7 +8,7 @@ use crate::{InstrumentField, InstrumentLimits, InstrumentState};
 /// holds it.
 ///
 /// Told for every field and every step in which it presses, by sources that may ask for more than there is: hands and
-/// requests. Scripts and recordings are within the limits.
+/// requests. Scripts are within the limits, but tissue may hold them, too; recordings are what was left when it had.
 #[derive(Message, Reflect, Debug, Clone, Copy, PartialEq)]
 pub struct InstrumentStopped {
     /// The instrument.
@@ -31,6 +31,8 @@ pub enum StoppedBy {
     Limits,
     /// The body around it: told by who knows it.
     Body,
+    /// The tissue that it presses on: see [`TissueLoad`](crate::TissueLoad).
+    Tissue,
 }
 
 impl InstrumentLimits {
@@ -44,4 +46,23 @@ impl InstrumentLimits {
             (past != 0.0).then_some((field, past, push))
         })
     }
+
+    /// What tissue held of a step of `dt_s` seconds: the field, whether it was to become more, and how much of its fastest step was held,
+    /// 1 at most.
+    pub(crate) fn held(
+        &self,
+        wanted: &InstrumentState,
+        held: &InstrumentState,
+        dt_s: f32,
+    ) -> impl Iterator<Item = (InstrumentField, bool, f32)> {
+        InstrumentField::ALL.into_iter().filter_map(move |field| {
+            let past = wanted.get(field) - held.get(field);
+            let push = (past.abs() / (self.of(field).max_speed * dt_s)).min(1.0);
+            (push > LEAST_PUSH).then_some((field, past > 0.0, push))
+        })
+    }
 }
+
+/// A field of which less than this share of its fastest step is held is not told: the tip is held, and what that means for each field is
+/// rounded.
+const LEAST_PUSH: f32 = 1e-3;

@@ -67,6 +67,10 @@ const ADVICE: &[(MetricId, &str)] = &[
         "Never press a pedal below the verumontanum: find it before each stroke, and let go of the pedal in front of it.",
     ),
     (
+        MetricId::FalsePassages,
+        "Never force the sheath: where tissue holds it, draw back, find the dark of the lumen, and follow it with the tip.",
+    ),
+    (
         MetricId::CurrentWithoutContact,
         "Press a pedal only while the loop is in tissue: sink it in first, let go as soon as the chip is free.",
     ),
@@ -134,7 +138,11 @@ const ADVICE: &[(MetricId, &str)] = &[
 
 /// Harm that is told first, also where no line scores it or its line waits for something else: what is practised without care for it
 /// is unlearnt later.
-const HARM: [MetricId; 2] = [MetricId::SphincterInjuries, MetricId::CapsuleTouches];
+const HARM: [MetricId; 3] = [
+    MetricId::SphincterInjuries,
+    MetricId::FalsePassages,
+    MetricId::CapsuleTouches,
+];
 
 /// What counts where tissue is to be cut away: where none of it does, nobody is told how to cut faster.
 const REMOVAL: [MetricId; 8] = [

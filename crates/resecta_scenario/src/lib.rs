@@ -60,6 +60,7 @@ mod cut_map;
 mod errors;
 mod exercise;
 mod extension;
+mod false_passage;
 pub mod headless;
 mod library;
 mod limits;

@@ -8,7 +8,9 @@ use resecta_chips::{ChipSystems, Chips};
 use resecta_fluid::{
     Bladder, Circulation, ClosedBy, FluidSystems, Irrigation, RedOut, Turbidity, VesselClosed, Vessels,
 };
-use resecta_instrument::{InstrumentPlayback, InstrumentState, InstrumentStopped, InstrumentSystems, Resectoscope};
+use resecta_instrument::{
+    InstrumentPlayback, InstrumentState, InstrumentStopped, InstrumentSystems, InstrumentTore, Resectoscope, TissueLoad,
+};
 use resecta_tissue::{TissueContact, TissueDiagnostics, TissueResected, TissueSystems, ToolLoad, ToolPartKind};
 
 use crate::{
@@ -17,7 +19,7 @@ use crate::{
     clearance::{self, LoopClearance},
     confine,
     extension::{self, Extensions},
-    marked_way,
+    false_passage, marked_way,
     metrics::{ChipMasses, Metrics, StepObservation, WaterStep},
     run_log::RunLog,
     score::ScoreCard,
@@ -119,6 +121,7 @@ impl Plugin for ScenarioPlugin {
                     .run_if(water_runs),
             )
             .add_message::<InstrumentStopped>()
+            .add_message::<InstrumentTore>()
             .add_systems(
                 FixedUpdate,
                 confine::hold_hands
@@ -130,6 +133,11 @@ impl Plugin for ScenarioPlugin {
             .add_systems(
                 self.schedule,
                 (
+                    false_passage::bleed
+                        .in_set(FluidSystems::First)
+                        .after(TissueSystems::Last)
+                        .before(First)
+                        .run_if(resource_exists::<ActiveExercise>),
                     water::follow_lens.in_set(FluidSystems::First),
                     water::follow_taps
                         .in_set(FluidSystems::First)
@@ -174,10 +182,11 @@ fn observe(
     time: Res<Time>,
     active: Res<ActiveExercise>,
     instruments: Query<(&InstrumentState, &Resectoscope)>,
-    loads: Query<&ToolLoad>,
+    loads: Query<(&ToolLoad, &TissueLoad)>,
     diagnostics: Option<Res<TissueDiagnostics>>,
     mut contacts: MessageReader<TissueContact>,
     mut resections: MessageReader<TissueResected>,
+    mut tore: MessageReader<InstrumentTore>,
     mut step: ResMut<StepObservation>,
 ) {
     *step = match instruments.get(active.instrument) {
@@ -185,7 +194,10 @@ fn observe(
         // Despawned by someone: time goes on, and the tip stays where it was.
         Err(_) => StepObservation::idle(time.delta_secs_f64(), InstrumentState::default(), step.tip),
     };
-    step.force_n = (loads.get(active.instrument)).map_or(0.0, |load| f64::from(load.force_n.length()));
+    if let Ok((load, patches)) = loads.get(active.instrument) {
+        step.force_n = load.force_n.length().into();
+        step.patch_force_n = patches.hardest().map_or(0.0, |patch| patch.force_n.length().into());
+    }
     if let Some(diagnostics) = diagnostics {
         (step.overlap, step.inverted) = (diagnostics.overlap, diagnostics.inverted as u32);
     }
@@ -194,6 +206,8 @@ fn observe(
             step.add_contact(contact, &active.distal);
         }
     }
+    let torn = tore.read().filter(|tear| tear.instrument == active.instrument);
+    step.false_passages = torn.count() as u32;
     for resection in resections.read() {
         if resection.tissue == active.tissue {
             let by_loop = resection.tool == Some(active.instrument);

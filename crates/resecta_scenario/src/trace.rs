@@ -32,6 +32,8 @@ pub struct TraceRow {
     pub largest_depth_mm: f64,
     /// Force of the tissue on the instrument, N.
     pub force_n: f64,
+    /// On the part of it, a diameter long, that is pressed hardest: N.
+    pub patch_force_n: f64,
     /// How much tissue lay inside the instrument when the step began.
     pub overlap: Overlap,
     /// Pentahedra without volume or turned inside out.
@@ -48,7 +50,7 @@ pub struct TraceRow {
 
 /// The columns of [`Trace::write_csv`].
 pub const COLUMNS: &str = "step,time_s,insertion_mm,pitch_deg,yaw_deg,roll_deg,stroke_mm,inflow_tap,outflow_tap,cut,coagulate,\
-    tip_x_mm,tip_y_mm,tip_z_mm,contacts,largest_depth_mm,force_n,overlap_mm,thin_overlap_mm,overlap_mm3,inverted,current_on_capsule,\
+    tip_x_mm,tip_y_mm,tip_z_mm,contacts,largest_depth_mm,force_n,patch_force_n,overlap_mm,thin_overlap_mm,overlap_mm3,inverted,current_on_capsule,\
     removed_mm3,marked_removed_share,steps_done";
 
 impl TraceRow {
@@ -62,6 +64,7 @@ impl TraceRow {
             contacts: step.contacts,
             largest_depth_mm: step.largest_depth_mm,
             force_n: step.force_n,
+            patch_force_n: step.patch_force_n,
             overlap: step.overlap,
             inverted: step.inverted,
             current_on_capsule: step.current_on_capsule,
@@ -86,6 +89,7 @@ impl Trace {
                 contacts,
                 largest_depth_mm,
                 force_n,
+                patch_force_n,
                 inverted,
                 ..
             } = row;
@@ -117,7 +121,7 @@ impl Trace {
             writeln!(
                 out,
                 "{step},{time_s},{insertion_mm},{pitch_deg},{yaw_deg},{roll_deg},{stroke_mm},{inflow_tap},{outflow_tap},\
-                 {cut},{coagulate},{x},{y},{z},{contacts},{largest_depth_mm},{force_n},{deepest_mm},{deepest_in_thin_mm},{volume_mm3},{inverted},\
+                 {cut},{coagulate},{x},{y},{z},{contacts},{largest_depth_mm},{force_n},{patch_force_n},{deepest_mm},{deepest_in_thin_mm},{volume_mm3},{inverted},\
                  {current_on_capsule},{removed_mm3},{marked_removed_share},{steps_done}"
             )?;
         }
@@ -138,7 +142,7 @@ mod tests {
         trace.write_csv(&mut bytes).unwrap();
         let text = String::from_utf8(bytes).unwrap();
         let fields: Vec<usize> = text.lines().map(|line| line.split(',').count()).collect();
-        assert_eq!(fields, [25; 4], "{text}");
+        assert_eq!(fields, [26; 4], "{text}");
         assert!(
             text.lines()
                 .all(|line| line.split(',').all(|field| !field.trim().is_empty())),

@@ -45,7 +45,7 @@ pub struct Metrics {
     pub sphincter: SphincterInjuries,
     /// What the current was used for.
     pub current: CurrentUse,
-    /// Where the tip went and how deep the instrument pressed.
+    /// Where the tip went, how deep the instrument pressed and how often it was forced.
     pub motion: TipMotion,
     /// What blood and water did.
     pub water: BloodAndWater,
@@ -88,6 +88,7 @@ impl Metrics {
             MetricId::CapsuleCut => capsule.cut_mm2,
             MetricId::CapsuleCutShare => capsule.cut_share(),
             MetricId::SphincterInjuries => f64::from(sphincter.injuries),
+            MetricId::FalsePassages => f64::from(motion.false_passages),
             MetricId::CurrentWithoutContact => current.without_contact_s,
             MetricId::Coagulation => current.coagulation_s,
             MetricId::CoagulationPrecision => ratio(current.coagulation_on_vessel_s, current.coagulation_s),

@@ -1,4 +1,4 @@
-//! Where the tip went and how deep the instrument pressed.
+//! Where the tip went, how deep the instrument pressed and how often it was forced.
 
 use bevy::prelude::*;
 
@@ -11,6 +11,8 @@ pub struct TipMotion {
     pub path_mm: f64,
     /// Deepest overlap with tissue at the beginning of a step, mm.
     pub largest_depth_mm: f64,
+    /// How often tissue tore before it.
+    pub false_passages: u32,
     /// Where the tip was after the last step, mm.
     last_tip: Option<Vec3>,
 }
@@ -22,6 +24,7 @@ impl TipMotion {
             self.path_mm += step.tip.as_dvec3().distance(last.as_dvec3());
         }
         self.last_tip = Some(step.tip);
+        self.false_passages += step.false_passages;
         self.largest_depth_mm = self.largest_depth_mm.max(step.largest_depth_mm);
     }
 }

@@ -23,10 +23,14 @@ pub struct StepObservation {
     pub largest_depth_mm: f64,
     /// Force of the tissue on the instrument, N: mean over the step.
     pub force_n: f64,
+    /// On the part of it, a diameter long, that is pressed hardest: N.
+    pub patch_force_n: f64,
     /// How much tissue lay inside the instrument when the step began.
     pub overlap: Overlap,
     /// Pentahedra without volume or turned inside out.
     pub inverted: u32,
+    /// How often the instrument was pushed through tissue.
+    pub false_passages: u32,
     /// Whether the loop touched tissue or removed some.
     pub loop_in_tissue: bool,
     /// Whether current flowed through the loop into tissue that it touched or removed. One that is drawn in delivers none.

@@ -102,6 +102,9 @@ metrics! {
     /// Separate times that the loop met tissue below the verumontanum with current on: touching or cutting it, at least 0.25 s
     /// apart. There the sphincter lies.
     SphincterInjuries = "sphincter_injuries", "Sphincter injuries", "1", Less;
+    /// Times that the sheath was pushed on where tissue held it, until the tissue tore: a false passage. Pushing on in the same place
+    /// counts once.
+    FalsePassages = "false_passages", "False passages", "1", Less;
     /// Time with current on while the loop neither touched nor removed tissue, or was drawn in.
     CurrentWithoutContact = "current_without_contact_s", "Current without contact", "s", Less;
     /// Time with the coagulating current on.
