@@ -299,7 +299,12 @@ fn simulation(ui: &mut Ui, diagnostics: &TissueDiagnostics, pace: &Pace) {
             format!("{:.1} ms", diagnostics.step().as_secs_f64() * 1e3),
             plain,
         ),
-        ("Error estimate", format!("{:.0e} mm", diagnostics.error_mm), plain),
+        ("Error of a step", format!("{:.0e} mm", diagnostics.error_mm), plain),
+        (
+            "Overlap, inside out",
+            format!("{:.1} mm, {}", diagnostics.overlap.deepest_mm, diagnostics.inverted),
+            plain,
+        ),
         ("Frame", format!("{:.1} ms, {rate:.0} /s", pace.frame_s * 1e3), plain),
         if pace.is_slow() {
             slower(pace)

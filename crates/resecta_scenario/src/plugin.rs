@@ -314,6 +314,7 @@ fn measure(
     metrics.motion.observe(&step);
     metrics.water.observe(&step);
     metrics.chips.observe(&step);
+    metrics.contact_error.observe(&step);
     if step.current_on_capsule
         && step.capsule_cut_mm2 > 0.0
         && let Ok((state, resectoscope)) = instruments.get(active.instrument)

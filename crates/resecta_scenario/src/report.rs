@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::{
     active::ActiveExercise,
-    metrics::{MetricId, Metrics},
+    metrics::{ContactError, MetricId, Metrics},
     prepare::LatticeSummary,
     score::ScoreCard,
     state::{EndReason, RunState},
@@ -81,6 +81,8 @@ pub struct RunSummary {
     pub elapsed_s: f64,
     /// Why it ended; none while it runs.
     pub ended: Option<EndReason>,
+    /// How far the simulation itself was off.
+    pub contact_error: ContactError,
 }
 
 /// A step of the exercise and when it was done.
@@ -175,6 +177,7 @@ impl Report {
                     RunState::Ended(reason) => Some(reason),
                     RunState::Briefing | RunState::Running => None,
                 },
+                contact_error: metrics.contact_error,
             },
             score: score.clone(),
             steps: (exercise.steps.iter().enumerate())

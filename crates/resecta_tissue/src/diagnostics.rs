@@ -97,6 +97,10 @@ impl TissueDiagnosticsPlugin {
     pub const SUBSTEPS: DiagnosticPath = DiagnosticPath::const_new("tissue/substeps");
     /// Error estimate, mm.
     pub const ERROR_MM: DiagnosticPath = DiagnosticPath::const_new("tissue/error_mm");
+    /// Deepest overlap of tissue with a tool when a step begins, mm.
+    pub const OVERLAP_MM: DiagnosticPath = DiagnosticPath::const_new("tissue/overlap_mm");
+    /// Pentahedra without volume or turned inside out.
+    pub const INVERTED: DiagnosticPath = DiagnosticPath::const_new("tissue/inverted");
 }
 
 impl Plugin for TissueDiagnosticsPlugin {
@@ -105,6 +109,8 @@ impl Plugin for TissueDiagnosticsPlugin {
             .register_diagnostic(Diagnostic::new(Self::CONTACTS))
             .register_diagnostic(Diagnostic::new(Self::SUBSTEPS))
             .register_diagnostic(Diagnostic::new(Self::ERROR_MM).with_suffix(" mm"))
+            .register_diagnostic(Diagnostic::new(Self::OVERLAP_MM).with_suffix(" mm"))
+            .register_diagnostic(Diagnostic::new(Self::INVERTED))
             .add_systems(Last, store);
     }
 }
@@ -116,4 +122,8 @@ fn store(measured: Res<TissueDiagnostics>, mut diagnostics: Diagnostics) {
     diagnostics.add_measurement(&TissueDiagnosticsPlugin::CONTACTS, || measured.contacts as f64);
     diagnostics.add_measurement(&TissueDiagnosticsPlugin::SUBSTEPS, || f64::from(measured.substeps));
     diagnostics.add_measurement(&TissueDiagnosticsPlugin::ERROR_MM, || f64::from(measured.error_mm));
+    diagnostics.add_measurement(&TissueDiagnosticsPlugin::OVERLAP_MM, || {
+        f64::from(measured.overlap.deepest_mm)
+    });
+    diagnostics.add_measurement(&TissueDiagnosticsPlugin::INVERTED, || measured.inverted as f64);
 }

@@ -5,6 +5,7 @@
 
 mod capsule;
 mod chips;
+mod contact_error;
 mod current;
 mod motion;
 mod observation;
@@ -21,6 +22,7 @@ use crate::extension::ExtensionMetric;
 
 pub use capsule::CapsuleTouches;
 pub use chips::ChipMasses;
+pub use contact_error::ContactError;
 pub use current::CurrentUse;
 pub use motion::TipMotion;
 pub use observation::StepObservation;
@@ -53,6 +55,8 @@ pub struct Metrics {
     pub steps_done: u32,
     /// Where the cut tissue is.
     pub chips: ChipMasses,
+    /// How far the simulation itself was off.
+    pub contact_error: ContactError,
     /// What extensions measure, of the metrics and goals that the exercise names.
     pub extensions: BTreeMap<ExtensionMetric, f64>,
 }
