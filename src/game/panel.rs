@@ -6,7 +6,7 @@ use bevy_egui::{
     egui::{self, Color32, RichText, Ui},
 };
 use resecta_fluid::{Bladder, Irrigation, Turbidity, TurbiditySettings, Vessels};
-use resecta_instrument::{HOLDS_N, InstrumentState, TEARS_N, TissueLoad};
+use resecta_instrument::{InstrumentState, Resectoscope, TissueLoad};
 use resecta_scenario::{ActiveExercise, Exercise, MetricId, Metrics, PartScore, ScoreCard, ScoreLine};
 use resecta_tissue::TissueDiagnostics;
 
@@ -35,7 +35,7 @@ fn show(
     (bladder, irrigation, turbidity): (Option<Res<Bladder>>, Option<Res<Irrigation>>, Option<Res<Turbidity>>),
     (pace, kept): (Res<Pace>, Res<KeptSettings>),
     vessels: Query<&Vessels>,
-    instruments: Query<(&InstrumentState, &TissueLoad)>,
+    instruments: Query<(&InstrumentState, &Resectoscope, &TissueLoad)>,
     flow: Res<GameFlow>,
 ) -> Result {
     let Some(active) = active.filter(|_| flow.phase.shows_exercise()) else {
@@ -72,8 +72,8 @@ fn show(
                 ui.separator();
                 measured(ui, &metrics, &active.exercise);
                 ui.separator();
-                if let Ok((state, load)) = instruments.get(active.instrument) {
-                    instrument(ui, state, load);
+                if let Ok((state, scope, load)) = instruments.get(active.instrument) {
+                    instrument(ui, state, scope, load);
                     ui.separator();
                 }
                 if let Some(bladder) = &bladder {
@@ -199,7 +199,7 @@ fn measured(ui: &mut Ui, metrics: &Metrics, exercise: &Exercise) {
     table(ui, "measured", removed.into_iter().filter(|_| is_news).chain(rest));
 }
 
-fn instrument(ui: &mut Ui, state: &InstrumentState, load: &TissueLoad) {
+fn instrument(ui: &mut Ui, state: &InstrumentState, scope: &Resectoscope, load: &TissueLoad) {
     let current = if state.cut {
         RichText::new("cutting").color(CAREFUL)
     } else if state.coagulate {
@@ -209,8 +209,8 @@ fn instrument(ui: &mut Ui, state: &InstrumentState, load: &TissueLoad) {
     };
     let force_n = load.hardest().map_or(0.0, |patch| patch.force_n.length());
     let pressed = match force_n {
-        force_n if force_n >= TEARS_N => BAD,
-        force_n if force_n > HOLDS_N => CAREFUL,
+        force_n if force_n >= scope.tears_n() => BAD,
+        force_n if force_n > scope.holds_n => CAREFUL,
         _ => palette::TEXT,
     };
     ui.horizontal(|ui| {

@@ -50,6 +50,9 @@ pub struct Resectoscope {
     pub limits: InstrumentLimits,
     /// Measures of the instrument.
     pub geometry: ResectoscopeGeometry,
+    /// Above this force on a patch of the sheath, a diameter long, tissue holds it, N; above 0. What is right depends on the tissue's modulus:
+    /// the default suits one of 4.6 kPa.
+    pub holds_n: f32,
 }
 
 /// The loop in the world, mm.
@@ -89,6 +92,7 @@ impl Resectoscope {
             frame,
             limits: InstrumentLimits::default(),
             geometry: ResectoscopeGeometry::default(),
+            holds_n: 0.5,
         })
     }
 

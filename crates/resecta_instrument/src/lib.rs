@@ -88,7 +88,7 @@ pub use live::{LiveCommand, LiveInput};
 pub use plugin::{InstrumentPlugin, InstrumentSystems};
 pub use recording::{InstrumentRecording, RecordingError};
 pub use refused::InstrumentRefused;
-pub use resistance::{CREEP_MM_PER_S, HOLDS_N, InstrumentTore, Patch, TEARS_N, TissueLoad};
+pub use resistance::{CREEP_MM_PER_S, InstrumentTore, Patch, TissueLoad};
 pub use script::InstrumentScript;
 pub use script_error::{ScriptError, ScriptRule};
 pub use source::{InstrumentPlayback, InstrumentRequest, InstrumentSource};

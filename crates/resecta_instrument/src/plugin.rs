@@ -198,8 +198,8 @@ fn press(
             load.add(scope, state, contact);
         }
     }
-    for (instrument, .., mut load) in &mut instruments {
-        if let Some(patch) = load.end(time.delta_secs()) {
+    for (instrument, scope, _, mut load) in &mut instruments {
+        if let Some(patch) = load.end(scope, time.delta_secs()) {
             let force_n = patch.force_n.length();
             tore.write(InstrumentTore {
                 instrument,

@@ -1,9 +1,9 @@
 //! What tissue does to the hand: it gives way, then holds the instrument, then tears.
 //!
 //! The force of the tissue is looked at patch by patch, each a sheath's diameter long ([`TissueLoad`]): a shaft that is levered against a
-//! whole wall presses far less on any of it than a tip that is pushed into one. Where a patch bears more than [`HOLDS_N`], the instrument is
-//! let no further against it than at a creep; along the wall and back it is free. Where one bears [`TEARS_N`], the instrument stays and
-//! tissue tears, which [`InstrumentTore`] tells.
+//! whole wall presses far less on any of it than a tip that is pushed into one. Where a patch bears more than [`Resectoscope::holds_n`], the instrument is
+//! let no further against it than at a creep; along the wall and back it is free. Where one bears [`Resectoscope::tears_n`], the instrument
+//! stays and tissue tears, which [`InstrumentTore`] tells.
 //!
 //! What presses on a loop and its arms holds nothing up: they bend. Nor does what the loop presses against the tip.
 //!
@@ -14,16 +14,10 @@ use resecta_tissue::{TissueContact, ToolPartKind};
 
 use crate::{InstrumentState, Resectoscope, ResectoscopeGeometry};
 
-/// Above this force on a patch tissue holds the instrument, N.
-///
-/// On the tip of a sheath of 8 mm it is 12 kPa, about the modulus of the softest prostate (`docs/materials.md`): tissue is compressed by
-/// half. Its springs go on evenly from there where tissue stiffens steeply, and elements begin to turn inside out. Strokes and views of
-/// all exercises stay below.
-pub const HOLDS_N: f32 = 0.5;
-/// How fast the instrument goes against tissue that holds it, mm/s: tissue creeps. Ours: a second's push becomes [`TEARS_N`].
+/// How fast the instrument goes against tissue that holds it, mm/s: tissue creeps. Ours: some seconds' push becomes the force that tears.
 pub const CREEP_MM_PER_S: f32 = 4.0;
-/// The force on a patch that tears tissue, N.
-pub const TEARS_N: f32 = 0.75;
+/// The force on a patch that tears tissue, over that which holds the instrument. Ours: where up to 10 elements of 10,000 turn inside out.
+const TEARS_AT: f32 = 1.5;
 /// Time over which forces are averaged, s. Ours: a knock tears nothing.
 const MEAN_S: f32 = 0.1;
 /// What is pressed further ahead of the sheath's cap than this is pressed by the loop's arms, mm.
@@ -42,12 +36,13 @@ const PASSES: usize = 4;
 pub struct Patch {
     /// The force of the tissue on it, N.
     pub force_n: Vec3,
-    /// The contact that presses it hardest: where, mm, and the pentahedron and its tissue.
+    /// Where its hardest contact is, mm.
     pub place: Vec3,
-    /// As above.
+    /// The pentahedron of that contact.
     pub pentahedron: u32,
-    /// As above.
+    /// The tissue of that contact.
     pub tissue: Entity,
+    /// The force of that contact in the last step, N.
     hardest_n: f32,
     /// What pressed in the last step, N.
     now_n: Vec3,
@@ -59,7 +54,7 @@ pub struct Patch {
 pub struct TissueLoad {
     /// Of the sheath, from its tip backwards. Each begins in the middle of the one before.
     pub patches: Vec<Patch>,
-    /// Whether tissue tore since all patches last bore less than [`HOLDS_N`].
+    /// Whether tissue tore since all patches last bore less than [`Resectoscope::holds_n`].
     pub has_torn: bool,
     /// What pressed on the loop and its arms in the last step, N.
     on_loop_n: Vec3,
@@ -80,6 +75,13 @@ pub struct InstrumentTore {
     pub towards: Vec3,
     /// With what, N.
     pub force_n: f32,
+}
+
+impl Resectoscope {
+    /// The force on a patch of the sheath, a diameter long, that tears tissue, N.
+    pub fn tears_n(&self) -> f32 {
+        TEARS_AT * self.holds_n
+    }
 }
 
 impl Patch {
@@ -139,7 +141,7 @@ impl TissueLoad {
     }
 
     /// Ends a step: the patch by which tissue tears in it.
-    pub(crate) fn end(&mut self, step_s: f32) -> Option<Patch> {
+    pub(crate) fn end(&mut self, scope: &Resectoscope, step_s: f32) -> Option<Patch> {
         let share = 1.0 - (-step_s / MEAN_S).exp();
         for (index, patch) in self.patches.iter_mut().enumerate() {
             let with_loop_n = patch.now_n + self.on_loop_n;
@@ -151,8 +153,8 @@ impl TissueLoad {
         }
         let hardest = self.hardest().copied();
         let force_n = hardest.map_or(0.0, |patch| patch.force_n.length());
-        let tears = force_n >= TEARS_N && !self.has_torn;
-        self.has_torn = force_n >= HOLDS_N && (self.has_torn || tears);
+        let tears = force_n >= scope.tears_n() && !self.has_torn;
+        self.has_torn = force_n >= scope.holds_n && (self.has_torn || tears);
         hardest.filter(|_| tears)
     }
 
@@ -174,9 +176,12 @@ impl TissueLoad {
         let wanted = scope.tip(to) - tip;
         let back = (scope.pivot() - tip).normalize_or_zero();
         let mut way = wanted;
-        let holding = self.patches.iter().filter(|patch| patch.force_n.length() > HOLDS_N);
+        let holding = self
+            .patches
+            .iter()
+            .filter(|patch| patch.force_n.length() > scope.holds_n);
         let holding: Vec<(Vec3, bool)> = holding
-            .filter_map(|patch| Some((patch.relief(scope, tip)?, patch.force_n.length() >= TEARS_N)))
+            .filter_map(|patch| Some((patch.relief(scope, tip)?, patch.force_n.length() >= scope.tears_n())))
             .collect();
         for _ in 0..PASSES {
             for (relief, is_torn) in &holding {
@@ -250,7 +255,7 @@ mod tests {
                 };
                 load.add(&scope, &AT, &contact);
             }
-            torn.extend(load.end(STEP_S));
+            torn.extend(load.end(&scope, STEP_S));
         }
         (load, torn)
     }

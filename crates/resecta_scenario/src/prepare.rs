@@ -14,6 +14,7 @@ use crate::{
     chips::{self, PreparedChips},
     errors::{ExerciseError, RuleError},
     exercise::{InstrumentSetup, Marked},
+    false_passage,
     library::LoadedExercise,
     reach,
     region::MarkedRegion,
@@ -171,7 +172,8 @@ impl LoadedExercise {
         let mass_g = zone_mm3.iter().sum::<f64>() * material.density_g_per_mm3;
         reach::check_on_gland(&self.exercise, mass_g, &zone_mm3).map_err(broken)?;
 
-        let resectoscope = place(&self.exercise.instrument, &self.case).map_err(broken)?;
+        let mut resectoscope = place(&self.exercise.instrument, &self.case).map_err(broken)?;
+        resectoscope.holds_n = false_passage::holds_n(material.modulus_pa, resectoscope.geometry.sheath_diameter_mm);
         let start = match self.exercise.instrument.start {
             Some(start) => start,
             None => beside_verumontanum(&resectoscope, &self.case),
