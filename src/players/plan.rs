@@ -36,6 +36,8 @@ pub struct Manner {
     pub pull_mm_per_s: f32,
     /// Speed of everything else, as a share of what the instrument allows.
     pub haste: f32,
+    /// Whether the sheath is brought along the lumen, or straight to where it is wanted.
+    pub follows_lumen: bool,
     /// How far the loop is left out while it is brought somewhere, mm: one that is drawn in delivers no current.
     pub carried_out_mm: f32,
     /// Whether the pedal goes down only in tissue, or on the whole way.
@@ -62,6 +64,7 @@ impl Manner {
             trims: true,
             pull_mm_per_s: 30.0,
             haste: 0.6,
+            follows_lumen: true,
             carried_out_mm: 0.0,
             current_in_tissue: true,
             coagulates: true,
@@ -84,6 +87,7 @@ impl Manner {
             trims: false,
             pull_mm_per_s: 30.0,
             haste: 0.7,
+            follows_lumen: false,
             carried_out_mm: 3.0,
             current_in_tissue: false,
             coagulates: false,

@@ -199,7 +199,10 @@ impl Play {
         let lumen = Arc::clone(&self.lumen);
         let go = |to: &InstrumentState| {
             let pace = [manner.haste, step_s];
-            lumen.follow(scope, &released, to, manner.carried_out_mm, pace)
+            match manner.follows_lumen {
+                true => lumen.follow(scope, &released, to, manner.carried_out_mm, pace),
+                false => approach(scope, &released, to, manner.haste, step_s),
+            }
         };
         let next = match self.doing {
             Doing::Reach | Doing::Extend | Doing::Lower => match self.way_point(0.0) {
