@@ -183,7 +183,7 @@ fn sample(
     }
 }
 
-/// Takes in with what tissue pressed on the instruments in the last step, and tells where it tore.
+/// Sums the forces that tissue exerted on each instrument in the last step, and reports where it tore.
 fn press(
     time: Res<Time>,
     mut instruments: Query<(Entity, &Resectoscope, &InstrumentState, &mut TissueLoad)>,
@@ -213,7 +213,7 @@ fn press(
     }
 }
 
-/// Moves every instrument towards its request, as far as tissue lets it, and tells the tissue.
+/// Moves every instrument towards its request, as far as tissue allows, and updates its tool.
 fn apply(
     time: Res<Time>,
     mut instruments: Query<(

@@ -3,7 +3,7 @@
 //! The force of the tissue is looked at patch by patch, each a sheath's diameter long ([`TissueLoad`]): a shaft that is levered against a
 //! whole wall presses far less on any of it than a tip that is pushed into one. Where a patch bears more than [`Resectoscope::holds_n`], the instrument is
 //! let no further against it than at a creep; along the wall and back it is free. Where one bears [`Resectoscope::tears_n`], the instrument
-//! stays and tissue tears, which [`InstrumentTore`] tells.
+//! stays and tissue tears; [`InstrumentTore`] reports it.
 //!
 //! What presses on a loop and its arms holds nothing up: they bend. Nor does what the loop presses against the tip.
 //!
@@ -164,7 +164,7 @@ impl TissueLoad {
         self.patches.iter().max_by(by_force)
     }
 
-    /// What is left of the way from a state to the next; none where tissue holds nothing of it.
+    /// The state that tissue allows on the way between two states, in a step of `step_s` seconds; `None` if it allows all of it.
     pub(crate) fn hold(
         &self,
         scope: &Resectoscope,
@@ -234,7 +234,7 @@ mod tests {
         Resectoscope::new(Vec3::ZERO, Vec3::Z, Vec3::NEG_Y).expect("a valid placement")
     }
 
-    /// Contacts of the sheath at places, each with the force of the tissue on it, N, for so many steps; and where it tore.
+    /// The load after a number of steps with the same contacts (part, place in mm, force of the tissue in N), and the patches that tore.
     fn pressed(contacts: &[(ToolPartKind, Vec3, Vec3)], steps: usize) -> (TissueLoad, Vec<Patch>) {
         let (scope, mut load) = (scope(), TissueLoad::default());
         let mut torn = Vec::new();

@@ -63,6 +63,5 @@ impl InstrumentLimits {
     }
 }
 
-/// A field of which less than this share of its fastest step is held is not told: the tip is held, and what that means for each field is
-/// rounded.
+/// Smaller holds than this share of a field's fastest step are not reported: they are rounding of the conversion from tip to fields.
 const LEAST_PUSH: f32 = 1e-3;

@@ -282,7 +282,7 @@ impl Hold {
 }
 
 impl Holds {
-    /// Makes contacts ready for an advance of so many substeps of such kicks.
+    /// Prepares contacts for an advance: the number and length (s) of its substeps, and their kicks.
     pub fn prepare(
         &mut self,
         contacts: &[Contact],
