@@ -10,6 +10,7 @@ use crate::collapse::Collapse;
 use crate::mesh::{MeshError, Share, TissueMesh};
 use crate::motion::Scratch;
 use crate::ranges::{FURTHEST_MM, HEAVIEST_G, LARGEST_MM3, MOST_DAMPED, SHORTEST_MM, SMALLEST_MM3, STIFFEST, within};
+use crate::shape::longest_edge_squared;
 use crate::sites::Lanes;
 use crate::sleep::Sleep;
 use crate::springs::Springs;
@@ -121,6 +122,11 @@ impl Tissue {
             pentahedra: Pentahedra {
                 nodes: mesh.pentahedra.clone(),
                 zone: mesh.zones.clone(),
+                longest_edge_squared: mesh
+                    .pentahedra
+                    .iter()
+                    .map(|nodes| longest_edge_squared(nodes, &mesh.positions))
+                    .collect(),
                 rest_volume,
                 fill: vec![1.0; mesh.pentahedra.len()],
                 capsule_area,

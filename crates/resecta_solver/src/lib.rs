@@ -13,6 +13,7 @@
 //! | how large its error is | `watch.rs` |
 //! | how another machine makes the substeps | `machine.rs` |
 //! | what sleeps | `sleep.rs` |
+//! | what is inside out or drawn out | `shape.rs` |
 //! | what leaves when tissue is cut, and how the rest answers | `resect.rs`, `cavity.rs`, `pieces.rs`, `collapse.rs` |
 //! | what the loop sweeps over | `sweep.rs` |
 //! | the exposed surface | `surface.rs` |
@@ -47,6 +48,7 @@ mod resect;
 mod runs;
 mod sites;
 mod sleep;
+mod shape;
 mod soften;
 mod springs;
 mod surface;

@@ -252,6 +252,7 @@ impl Tissue {
                 nodes: Vec::new(),
                 zone: Vec::new(),
                 rest_volume: Vec::new(),
+                longest_edge_squared: Vec::new(),
                 fill: Vec::new(),
                 capsule_area: Vec::new(),
                 held: Vec::new(),

@@ -82,6 +82,8 @@ pub(crate) struct Pentahedra {
     /// mm³.
     pub rest_volume: Vec<f64>,
     /// Share of the rest volume that each holds: less than 1 where a cut finer than they are went.
+    /// Square of the length of the longest edge at rest, mm².
+    pub longest_edge_squared: Vec<f32>,
     pub fill: Vec<f64>,
     /// Area of the faces that lie on the capsule, mm².
     pub capsule_area: Vec<f32>,
@@ -388,21 +390,6 @@ impl Tissue {
             .zip(&self.pentahedra.alive)
             .filter(|(_, alive)| **alive)
             .map(|(pentahedron, _)| pentahedron)
-    }
-
-    /// The living pentahedra that have no volume or are turned inside out, rising. Springs alone do not always bring back
-    /// what was turned far inside out: `docs/hard_cases.md`. Looks at all.
-    pub fn inverted_pentahedra(&self) -> Vec<u32> {
-        self.living_pentahedron_indices()
-            .filter(|&pentahedron| self.volume_of(pentahedron) <= 0.0)
-            .collect()
-    }
-
-    /// How many living pentahedra have no volume or are turned inside out.
-    pub fn inverted_count(&self) -> usize {
-        self.living_pentahedron_indices()
-            .filter(|&pentahedron| self.volume_of(pentahedron) <= 0.0)
-            .count()
     }
 
     /// Volume that the living pentahedra hold as they are now, mm³: what the exposed surface encloses, if none is thinned.

@@ -35,6 +35,9 @@ pub struct Tissue {
     /// Whether it was found that the tissue can have none as fine as its settings say.
     #[reflect(ignore)]
     pub(crate) coarse_for_good: bool,
+    /// The version of the motion in which it was last looked for what has torn off.
+    #[reflect(ignore)]
+    pub(crate) looked_for_tears: u64,
     #[reflect(ignore)]
     pub(crate) parts: Option<PartEntities>,
     /// Ordinal of the tissue in its app: decides the order of what is done and told, since entity ids may not.
@@ -71,6 +74,7 @@ impl Tissue {
             lightened: Vec::new(),
             weakened: Vec::new(),
         }
+            looked_for_tears: 0,
     }
 
     /// The solver's state.

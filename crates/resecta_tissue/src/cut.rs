@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bevy::{ecs::system::SystemParam, prelude::*};
 use resecta_field::{FieldError, Tool};
-use resecta_solver::Resection;
+use resecta_solver::{NodeKind, Resection};
 
 use crate::{
     collide::{Found, StepTools, ToolContacts, ToolMotion},
@@ -112,16 +112,14 @@ pub(crate) fn cut(
                 let resection = cut.by_loop(index, tool, contacts);
                 cut.tell(resection, &mut commands, &mut reports, &mut diagnostics);
             }
-            if let Some(torn) = tissue.fine.as_mut().and_then(|fine| fine.tear(&tissue.solver)) {
-                let mut cut = Cut {
-                    entity,
-                    tissue: &mut *tissue,
-                    settings,
-                    by: None,
-                };
-                let resection = torn.map(|torn| cut.thin(&torn));
-                cut.tell(resection, &mut commands, &mut reports, &mut diagnostics);
-            }
+            let mut cut = Cut {
+                entity,
+                tissue: &mut *tissue,
+                settings,
+                by: None,
+            };
+            let torn = cut.tear();
+            cut.tell(torn, &mut commands, &mut reports, &mut diagnostics);
             if let Some(fine) = &mut tissue.fine {
                 for found in contacts.burning() {
                     let burns = tools[found.tool as usize].coagulates();
@@ -148,6 +146,19 @@ pub(crate) fn cut(
 fn nearest_node(solver: &resecta_solver::Tissue, point: Vec3, nodes: impl Iterator<Item = u32>) -> Option<u32> {
     let distance = |node: u32| solver.position(node).distance_squared(point);
     nodes.min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
+}
+
+/// Tissue that a cut has laid bare tears where an edge of a pentahedron is this many times as long as its longest at rest. Liver tears when
+/// stretched by a quarter to a third (Kemper et al., Ann. Adv. Automot. Med. 54:15, 2010); a pentahedron that hangs on one corner is drawn out
+/// far more than the tissue that it stands for, so it is given more. Our choice: with 2, 3 and 4 alike nothing hangs on threads of centimetres
+/// any more, which asked for hundreds of substeps. What mucosa covers unfolds instead.
+const TORN_STRETCH: f32 = 3.0;
+
+/// Whether a cut has gone into a pentahedron or exposed a face of it.
+fn is_laid_bare(solver: &resecta_solver::Tissue, pentahedron: u32) -> bool {
+    let is_mucosa = |&node: &u32| solver.node_kind(node) == NodeKind::Mucosa;
+    let mut exposed = solver.surface().triangles_of(pentahedron);
+    solver.fill(pentahedron) < 1.0 || exposed.any(|(_, triangle)| !triangle.iter().all(is_mucosa))
 }
 
 /// A tissue that is about to be cut.
@@ -216,6 +227,26 @@ impl Cut<'_> {
         let pieces = solver.pieces_cut_free(&pentahedra);
         pentahedra.extend(pieces);
         Ok(solver.resect(&pentahedra, self.settings.collapse))
+    }
+
+    /// Takes away what has torn off since the tissue last moved.
+    fn tear(&mut self) -> Result<Resection, FieldError> {
+        let Tissue {
+            solver,
+            fine,
+            looked_for_tears,
+            ..
+        } = &mut *self.tissue;
+        if std::mem::replace(looked_for_tears, solver.motion_version()) == solver.motion_version() {
+            return Ok(Resection::default());
+        }
+        let mut drawn_out = solver.drawn_out_pentahedra(TORN_STRETCH);
+        drawn_out.retain(|&pentahedron| is_laid_bare(solver, pentahedron));
+        let Some(fine) = fine else {
+            return self.of_elements(drawn_out);
+        };
+        let torn = fine.tear(solver, drawn_out)?;
+        Ok(self.thin(&torn))
     }
 
     fn thin(&mut self, taken: &Taken) -> Resection {

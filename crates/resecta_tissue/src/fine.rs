@@ -18,10 +18,10 @@ const LARGEST_PIECE_MM3: f64 = 3000.0;
 const SHRED_SHARE: f64 = 0.25;
 
 /// A shred of which less than this share is left is a thread: it tears off when it is stretched to more than
-/// [`TORN_STRETCH`] times its length at rest. Where thicker ones did, too, the floor of a trench had notches as large as
+/// [`TORN_THREAD_STRETCH`] times its length at rest. Where thicker ones did, too, the floor of a trench had notches as large as
 /// pentahedra. Our choice.
 const THREAD_SHARE: f64 = 0.1;
-const TORN_STRETCH: f32 = 1.5;
+const TORN_THREAD_STRETCH: f32 = 1.5;
 
 /// Pentahedra of a chip's surface that are made in a step: more while nothing is cut, so that the chip of a stroke of 30 mm comes
 /// within a tenth of a second of its end; few while the next one is being cut, so that no step of that takes longer for it.
@@ -51,9 +51,8 @@ pub(crate) struct Fine {
     brought: Vec<u32>,
     followed: u32,
     changes: ChangeLog,
-    /// Pentahedra of which less than [`SHRED_SHARE`] is left, and when they were last looked at.
+    /// Pentahedra of which less than [`SHRED_SHARE`] is left.
     shreds: BTreeSet<u32>,
-    shreds_seen: u64,
     strokes: Vec<Stroke>,
     /// Whether a chip is under way, and whether the present step has added to it.
     chip: Option<ChipUnderWay>,
@@ -73,6 +72,7 @@ struct ChipUnderWay {
 }
 
 /// What a cut took.
+#[derive(Default)]
 pub(crate) struct Taken {
     /// Share of its rest volume that each pentahedron which lost something has left.
     pub left: Vec<(u32, f64)>,
@@ -126,7 +126,6 @@ impl Fine {
             followed: 0,
             changes: ChangeLog::default(),
             shreds: BTreeSet::new(),
-            shreds_seen: 0,
             strokes: Vec::new(),
             chip: None,
             making: VecDeque::new(),
@@ -326,29 +325,28 @@ impl Fine {
         })
     }
 
-    /// Takes away shreds that have torn off since the tissue last moved; none if there are none.
-    pub fn tear(&mut self, solver: &resecta_solver::Tissue) -> Option<Result<Taken, FieldError>> {
-        if std::mem::replace(&mut self.shreds_seen, solver.motion_version()) == solver.motion_version() {
-            return None;
-        }
+    /// Takes away shreds that have torn off, and other pentahedra that have.
+    pub fn tear(&mut self, solver: &resecta_solver::Tissue, mut torn: Vec<u32>) -> Result<Taken, FieldError> {
         let field = &self.field;
         self.shreds.retain(|&pentahedron| field.fill(pentahedron) > 0.0);
         let is_inside_out = |pentahedron: u32| solver.volume_of(pentahedron) <= 0.0;
         let is_torn = |pentahedron: u32| {
-            field.fill(pentahedron) < THREAD_SHARE && longest_stretch(solver, pentahedron) > TORN_STRETCH
+            field.fill(pentahedron) < THREAD_SHARE && longest_stretch(solver, pentahedron) > TORN_THREAD_STRETCH
         };
         let shreds = self.shreds.iter().copied();
-        let torn: Vec<u32> = shreds.filter(|&n| is_inside_out(n) || is_torn(n)).collect();
+        torn.extend(shreds.filter(|&n| is_inside_out(n) || is_torn(n)));
         if torn.is_empty() {
-            return None;
+            return Ok(Taken::default());
         }
+        torn.sort_unstable();
+        torn.dedup();
         // They go with a chip that is under way and do not make it wait: shreds may tear off for seconds after a stroke.
         let grew = self.chip.as_ref().map(|chip| chip.grew);
         let taken = self.empty(&torn);
         if let (Some(chip), Some(grew)) = (&mut self.chip, grew) {
             chip.grew = grew;
         }
-        Some(taken)
+        taken
     }
 
     /// Coagulates the tissue around a point.
@@ -437,7 +435,8 @@ mod tests {
     }
 
     fn torn(solver: &resecta_solver::Tissue, fine: &mut Fine) -> Option<Taken> {
-        fine.tear(solver).map(|torn| torn.expect("pentahedra of the field"))
+        let torn = fine.tear(solver, Vec::new()).expect("pentahedra of the field");
+        (!torn.left.is_empty()).then_some(torn)
     }
 
     #[test]
