@@ -244,8 +244,8 @@ pub fn of_faces(
 /// A face as long as this many times what its points are apart has no more of them.
 const MOST_STEPS: f32 = 24.0;
 
-/// How far points of a face may be apart before a part of such a radius, mm: the chord that dips by [`DIP_MM`].
-fn apart_mm(radius_mm: f32) -> f32 {
+/// How far points of a surface may be apart before a part of such a radius, mm: the chord that dips by [`DIP_MM`].
+pub fn apart_mm(radius_mm: f32) -> f32 {
     2.0 * (2.0 * radius_mm * DIP_MM - DIP_MM * DIP_MM).max(DIP_MM * DIP_MM).sqrt()
 }
 

@@ -1,8 +1,8 @@
 //! Finds the points near a tool that its parts may touch in a step.
 //!
 //! A part is held off by every node, by every point of a face that no cut has reached, and by few of the many points of a pentahedron's
-//! cut surface: what a pentahedron carries moves with it. Before a thick part these are the deepest and those furthest out in every
-//! direction, and only the deepest of a pentahedron that the part has pierced. Before a thin one it is one: a slit that is narrower than
+//! cut surface: what a pentahedron carries moves with it. Before a thick part these are as far apart as points of a face, and only the
+//! deepest of a pentahedron that the part has pierced. Before a thin one it is one: a slit that is narrower than
 //! the pentahedron has two walls, and a part between them cannot hold off both. Of faces that no cut has reached it is all points of one
 //! side.
 
@@ -308,27 +308,27 @@ impl Search<'_> {
         candidates.retain(|candidate| is_same(candidate) || looks_alike(candidate));
     }
 
-    /// Keeps of a pentahedron's candidates the one that comes nearest to a thick part, and the furthest out along each axis.
+    /// Keeps of a pentahedron's candidates the one that comes nearest to a thick part, then again the nearest of those that are not close
+    /// to one that is kept, as close as points of a face are: a face that is held at its rims only dips in between.
     fn keep_some(&self, number: usize, candidates: &mut Vec<Candidate>) {
-        let index = self.parts[number].0;
-        // By how much each is to be preferred, in the order of what it may be: nearest, low and high along x, y and z.
-        let mut best: [Option<(f32, usize)>; 7] = [None; 7];
-        for (n, candidate) in candidates.iter().enumerate() {
-            let held = self.before.points.contains(&(self.tool, index, candidate.sample.id));
-            let kept = if held { KEEPS_MM } else { 0.0 };
-            let [x, y, z] = candidate.sample.place.to_array();
-            for (best, value) in best.iter_mut().zip([-candidate.nearest, -x, x, -y, y, -z, z]) {
-                let value = value + kept;
-                if best.is_none_or(|(other, _)| value > other) {
-                    *best = Some((value, n));
-                }
+        let (index, part) = &self.parts[number];
+        let apart_mm = samples::apart_mm(part.contact_radius());
+        let is_held = |candidate: &Candidate| self.before.points.contains(&(self.tool, *index, candidate.sample.id));
+        let mut ordered: Vec<(f32, Candidate)> = (candidates.drain(..))
+            .map(|candidate| {
+                let kept = if is_held(&candidate) { KEEPS_MM } else { 0.0 };
+                (candidate.nearest - kept, candidate)
+            })
+            .collect();
+        ordered.sort_by(|one, other| one.0.total_cmp(&other.0).then(one.1.sample.id.cmp(&other.1.sample.id)));
+        for (_, candidate) in ordered {
+            let is_close =
+                |kept: &Candidate| kept.sample.place.distance_squared(candidate.sample.place) < apart_mm * apart_mm;
+            if !candidates.iter().any(is_close) {
+                candidates.push(candidate);
             }
         }
-        let mut chosen: Vec<usize> = best.iter().flatten().map(|(_, n)| *n).collect();
-        chosen.sort_unstable();
-        chosen.dedup();
-        let kept: Vec<Candidate> = chosen.into_iter().map(|n| candidates[n]).collect();
-        *candidates = kept;
+        candidates.sort_unstable_by_key(|candidate| candidate.sample.id);
     }
 
     /// Roughly how much of some pentahedra lies in a part when the step begins, mm³: by their middles and the points half way from
