@@ -25,6 +25,7 @@
 use fearless_simd::{Simd, f32x8, prelude::*};
 use resecta_anatomy::wedge;
 
+use crate::pressure::{SQUEEZED, STIFFENING};
 use crate::sites::Lanes;
 use crate::vectors::{Registers, load};
 use crate::widest::fused;
@@ -42,6 +43,9 @@ pub(crate) struct Bundle {
 pub(crate) trait Effect<const N: usize> {
     fn on<S: Simd>(simd: S, bundle: &Bundle, corners: [Registers<S>; 6]) -> [[Registers<S>; 6]; N];
 }
+
+/// Share of its volume that a pentahedron is expected to lose in a step: tools move by a millimetre, and cells are some wide.
+const AHEAD: f32 = 0.1;
 
 /// Pressure times gradient, µN.
 pub(crate) struct Forces;
@@ -75,6 +79,32 @@ impl<S: Simd> Products<S> {
     }
 }
 
+/// The barrier's pressure over bulk stiffness, at a share of the volume at rest: see `pressure.rs`.
+#[inline(always)]
+fn barrier<S: Simd>(simd: S, ratio: f32x8<S>) -> f32x8<S> {
+    let [zero, squeezed, twice] = [0.0, SQUEEZED, 2.0 * SQUEEZED].map(|value| f32x8::splat(simd, value));
+    let below = (squeezed - ratio).max(zero).min(twice);
+    let upright = below.min(squeezed);
+    let (half_slope, slope) = (0.5 * STIFFENING / SQUEEZED, STIFFENING);
+    fused(
+        upright * f32x8::splat(simd, half_slope),
+        upright,
+        (below - upright) * f32x8::splat(simd, slope),
+    )
+}
+
+/// Its slope, as steep as it is when the pentahedron has lost another [`AHEAD`] of its volume.
+#[inline(always)]
+fn slope<S: Simd>(simd: S, ratio: f32x8<S>) -> f32x8<S> {
+    let [zero, one, squeezed] = [0.0, 1.0, SQUEEZED].map(|value| f32x8::splat(simd, value));
+    let ahead = f32x8::splat(simd, AHEAD);
+    let share = ((squeezed + ahead - ratio) * f32x8::splat(simd, 1.0 / SQUEEZED))
+        .max(zero)
+        .min(one);
+    let rises = (ratio + ahead).simd_gt(zero - squeezed);
+    rises.select(share * f32x8::splat(simd, STIFFENING), zero)
+}
+
 impl Effect<1> for Forces {
     #[inline(always)]
     fn on<S: Simd>(simd: S, bundle: &Bundle, corners: [Registers<S>; 6]) -> [[Registers<S>; 6]; 1] {
@@ -88,7 +118,8 @@ impl Effect<1> for Forces {
         } = Products::of(corners);
         let one = f32x8::splat(simd, 1.0);
         let ratio = six_volumes * load(simd, &bundle.per_volume);
-        let pressure = load(simd, &bundle.stiffness) * ((one - ratio) / ratio.abs().max(one));
+        let over_stiffness = (one - ratio) / ratio.abs().max(one) + barrier(simd, ratio);
+        let pressure = load(simd, &bundle.stiffness) * over_stiffness;
         let (a, b, c, d, g) = (
             a.times(pressure),
             b.times(pressure),
@@ -117,7 +148,7 @@ impl Effect<2> for Tensors {
         let (stiffness, per_volume) = (load(simd, &bundle.stiffness), load(simd, &bundle.per_volume));
         let ratio = six_volumes * per_volume;
         let grown = one / ratio.abs().max(one);
-        let pressure = (half * stiffness * (one - ratio) * grown).abs();
+        let pressure = (half * stiffness * ((one - ratio) * grown + barrier(simd, ratio))).abs();
 
         let mut squares = [tiny; 6];
         let mut sum = f32x8::splat(simd, 0.0);
@@ -126,7 +157,7 @@ impl Effect<2> for Tensors {
             sum += square;
             squares[corner] = square.max(tiny);
         }
-        let along = half * (stiffness * per_volume) * (grown * grown) * sum;
+        let along = half * (stiffness * per_volume) * (grown * grown + slope(simd, ratio)) * sum;
 
         let [x0, x1, x2, x3, x4, x5] = corners;
         let length = |from: Registers<S>, to: Registers<S>| (to - from).length_squared().sqrt();
