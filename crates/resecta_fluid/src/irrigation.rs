@@ -14,6 +14,7 @@
 //! | H | 60 cmH2O (0 to 100) | 60 to 100 cmH2O studied |
 //! | R_in | 12 cmH2O s/ml | 60 cmH2O then give an empty bladder 300 ml/min; 150 to 500 reported, 1000 at most |
 //! | R_out, h | 6 cmH2O s/ml, 10 cmH2O | ours: with both taps open 233 ml/min run through at 13.3 cmH2O; means of 11 to 35 reported |
+//! | R_u | 6 cmH2O s/ml | ours (`lumen.rs`): obstructed men pass 10 ml/s at 60 cmH2O or more |
 //! | R_empty | 1 cmH2O s/ml | ours: a full bladder empties in 32 s with the inflow shut |
 //!
 //! Flow in the narrow channels of a real sheath is between this (laminar) and the root of the pressure (turbulent).
@@ -61,6 +62,10 @@ pub struct Irrigation {
     #[schemars(range(min = 0.001, max = 1e6))]
     #[schemars(extend("x-unit" = "cmH2O s/ml"))]
     pub emptying_resistance: f64,
+    /// Resistance of the prostatic urethra from the tip to the bladder, cmH2O s/ml; 0.001 to 1,000,000.
+    #[schemars(range(min = 0.001, max = 1e6))]
+    #[schemars(extend("x-unit" = "cmH2O s/ml"))]
+    pub urethra_resistance: f64,
     /// Pull of the outflow, cmH2O; 0 to 100.
     #[schemars(range(min = 0.0, max = 100.0))]
     pub outflow_head_cmh2o: f64,
@@ -75,6 +80,25 @@ impl Irrigation {
         Self::check(&self)?;
         Ok(self)
     }
+
+    /// The way from the bag.
+    pub(crate) fn bag(&self) -> Port {
+        Port {
+            conductance: self.inflow_tap / self.inflow_resistance,
+            pressure: self.bag_height_cmh2o,
+        }
+    }
+
+    /// The way out.
+    pub(crate) fn drain(&self) -> Port {
+        Port {
+            conductance: match self.emptying {
+                true => self.emptying_resistance.recip(),
+                false => self.outflow_tap / self.outflow_resistance,
+            },
+            pressure: -self.outflow_head_cmh2o,
+        }
+    }
 }
 
 impl Default for Irrigation {
@@ -87,6 +111,7 @@ impl Default for Irrigation {
             inflow_resistance: 12.0,
             outflow_resistance: 6.0,
             emptying_resistance: 1.0,
+            urethra_resistance: 6.0,
             outflow_head_cmh2o: 10.0,
         }
     }
@@ -117,6 +142,7 @@ impl Checked for Irrigation {
         resistance("inflow_resistance", settings.inflow_resistance)?;
         resistance("outflow_resistance", settings.outflow_resistance)?;
         resistance("emptying_resistance", settings.emptying_resistance)?;
+        resistance("urethra_resistance", settings.urethra_resistance)?;
         check(
             "outflow_head_cmh2o",
             settings.outflow_head_cmh2o,
@@ -161,15 +187,5 @@ impl Plugin for IrrigationPlugin {
 }
 
 pub(crate) fn open_taps(irrigation: Res<Irrigation>, mut step: ResMut<Step>) {
-    step.ports.bag = Port {
-        conductance: irrigation.inflow_tap / irrigation.inflow_resistance,
-        pressure: irrigation.bag_height_cmh2o,
-    };
-    step.ports.drain = Port {
-        conductance: match irrigation.emptying {
-            true => irrigation.emptying_resistance.recip(),
-            false => irrigation.outflow_tap / irrigation.outflow_resistance,
-        },
-        pressure: -irrigation.outflow_head_cmh2o,
-    };
+    (step.ports.bag, step.ports.drain) = (irrigation.bag(), irrigation.drain());
 }

@@ -8,6 +8,7 @@
 //! |---|---|---|---|
 //! | the bladder, its pressure, the books | all | [`Bladder`] | `bladder.rs`, solved in `balance.rs` |
 //! | bag, taps, outflow | [`IrrigationPlugin`] | [`Irrigation`] | `irrigation.rs` |
+//! | how the water presses on the tissue's surface | all | [`Bladder`], `WaterPressure` on a tissue | `lumen.rs` |
 //! | vessels that open, bleed, clot, are coagulated | [`BleedingPlugin`] | [`Circulation`], [`Vessels`] on a tissue | `bleeding.rs`, `circulation.rs`, `carrier.rs` |
 //! | where a gland has its vessels | | [`Vessels::generate`] | `generate.rs` |
 //! | blood in the water, jets at the lens | [`TurbidityPlugin`] | [`Turbidity`], [`Lens`] | `turbidity.rs`, `mixing.rs`, `red_out.rs` |
@@ -48,6 +49,7 @@ mod carrier;
 mod circulation;
 mod generate;
 mod irrigation;
+mod lumen;
 mod mixing;
 mod plugin;
 mod red_out;

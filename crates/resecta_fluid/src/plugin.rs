@@ -13,6 +13,7 @@ use crate::{
     bladder::{Bladder, BladderSettings, BladderTotals},
     bleeding::BleedingPlugin,
     irrigation::IrrigationPlugin,
+    lumen,
     refused::{FluidRefused, keep_good},
     turbidity::TurbidityPlugin,
 };
@@ -123,6 +124,7 @@ impl Plugin for CorePlugin {
                 (
                     (begin, keep_good).chain().in_set(FluidSystems::Prepare),
                     flow.in_set(FluidSystems::Flow),
+                    lumen::press.in_set(FluidSystems::Account),
                 ),
             );
     }

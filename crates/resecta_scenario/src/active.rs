@@ -8,7 +8,7 @@ use std::{
 use bevy::prelude::*;
 use resecta_anatomy::Case;
 use resecta_instrument::InstrumentRequest;
-use resecta_tissue::{TissueSettings, TissueTint};
+use resecta_tissue::{TissueSettings, TissueTint, WaterPressure};
 
 use crate::{
     chips,
@@ -114,7 +114,11 @@ pub fn spawn_exercise(world: &mut World, prepared: PreparedExercise) -> ActiveEx
     let tint = TissueTint {
         nodes: marked_nodes.map(|node| (node, MARK)).collect(),
     };
+    let pressure = WaterPressure(tissue.solver().water_pressure_pa());
     let tissue = world.spawn((Name::new("Gland"), tissue, settings, tint)).id();
+    if models.water.is_some() || models.water_pressure_cmh2o.is_some() {
+        world.entity_mut(tissue).insert(pressure);
+    }
     let instrument = world
         .spawn((Name::new("Resectoscope"), resectoscope, start, InstrumentRequest(start)))
         .id();

@@ -106,6 +106,9 @@ pub struct Models {
     pub detail: CutDetail,
     /// Blood and water. Default: none, a dry scene.
     pub water: Option<Water>,
+    /// Pressure that the lumen is held open with where `water` is absent, which has a pressure of its own: cmH2O, -100 to 100. Default: none.
+    #[schemars(range(min = -100.0, max = 100.0))]
+    pub water_pressure_cmh2o: Option<f64>,
     /// What is cut free floats and gathers in the bladder: fields of [`ChipSettings`]; absent, it vanishes.
     pub chips: Option<ChipSettings>,
 }
@@ -120,6 +123,7 @@ impl Default for Models {
             cutting: CuttingRule::Sweep,
             detail: CutDetail::default(),
             water: None,
+            water_pressure_cmh2o: None,
             chips: None,
         }
     }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use bevy::prelude::*;
 use resecta_anatomy::{Case, Lattice, LatticeOptions, Zone};
+use resecta_fluid::PA_PER_CMH2O;
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_solver::{Effort, Material, ShearResistance, TissueMesh};
 use resecta_tissue::{CutDetail, Tissue};
@@ -188,6 +189,13 @@ impl LoadedExercise {
             // If the gland cannot be cut so finely, the plugin reports it in the first step.
             gland.refine(spacing_mm).ok();
         }
+        let pressure_cmh2o = models.water_pressure_cmh2o;
+        let constant_pa = pressure_cmh2o.map_or(0.0, |pressure| pressure * PA_PER_CMH2O);
+        let pressure_pa = water.as_ref().map_or(constant_pa, PreparedWater::pressure_pa);
+        gland
+            .solver_mut()
+            .set_water_pressure_pa(pressure_pa as f32)
+            .map_err(|error| broken(RuleError::new("models.water", "unusable", error.to_string())))?;
         let way = admit::way_in(&walls, &resectoscope, &start);
         gland
             .make_room(&way, admit::STEP)

@@ -135,6 +135,15 @@ fn models(models: &Models, faults: &mut Faults) {
     if let Some(water) = &models.water {
         faults.note(water.check());
     }
+    if let Some(pressure) = models.water_pressure_cmh2o {
+        faults.require((-100.0..=100.0).contains(&pressure), || {
+            RuleError::new("models.water_pressure_cmh2o", pressure, "-100 to 100 cmH2O")
+        });
+        faults.require(models.water.is_none(), || {
+            let expected = "no such pressure beside `models.water`, which has its own";
+            RuleError::new("models.water_pressure_cmh2o", pressure, expected)
+        });
+    }
     if let Some(settings) = &models.chips {
         faults.note(chips::check(settings));
     }

@@ -69,6 +69,11 @@ pub(crate) struct PreparedWater {
 }
 
 impl PreparedWater {
+    /// Pressure on the walls of the lumen, Pa.
+    pub(crate) fn pressure_pa(&self) -> f64 {
+        self.irrigation.pressure_at_tip_pa(self.bladder.pressure_cmh2o())
+    }
+
     /// The state with its taps as the exercise says.
     pub(crate) fn with_taps(&self, start: InstrumentState) -> InstrumentState {
         InstrumentState {

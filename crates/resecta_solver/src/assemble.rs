@@ -137,6 +137,7 @@ impl Tissue {
             },
             surface,
             collapse: Collapse::new(sites),
+            water: None,
             modulus_pa: spring_modulus_pa,
             pre_tension: 0.0,
             mean_length,

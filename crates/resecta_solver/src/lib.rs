@@ -7,13 +7,14 @@
 //! |---|---|
 //! | how a spring's force is computed | `springs.rs`, laid out in `sites.rs` and `runs.rs` |
 //! | how pentahedra hold their volume | `pressure.rs`, computed in `volumes.rs` and `volume_effects.rs` |
+//! | how water presses on the surface | `pressed.rs` |
 //! | a scene of nodes and springs alone | `network.rs` |
 //! | how a step is made | `motion.rs` |
 //! | how long it may be | `bound.rs`, `held.rs` |
 //! | how large its error is | `watch.rs` |
 //! | how another machine makes the substeps | `machine.rs` |
-//! | what sleeps | `sleep.rs` |
 //! | what is inside out or drawn out | `shape.rs` |
+//! | what sleeps | `sleep.rs` |
 //! | what leaves when tissue is cut, and how the rest answers | `resect.rs`, `cavity.rs`, `pieces.rs`, `collapse.rs` |
 //! | what the loop sweeps over | `sweep.rs` |
 //! | the exposed surface | `surface.rs` |
@@ -40,15 +41,16 @@ mod motion;
 mod network;
 mod pairs;
 mod pieces;
+mod pressed;
 mod pressure;
 mod quarantine;
 mod ranges;
 pub mod reference;
 mod resect;
 mod runs;
+mod shape;
 mod sites;
 mod sleep;
-mod shape;
 mod soften;
 mod springs;
 mod surface;

@@ -122,7 +122,8 @@ impl Tissue {
     /// As [`Tissue::advance_steps`], with the substeps made by another machine that has taken over this tissue's motion.
     ///
     /// Time is divided and the bound checked as there. A stretch whose motion outran its bound or stopped being sound is
-    /// taken back and made by the tissue itself, which repeats it and puts nodes aside as ever. A watch ends. Afterwards
+    /// taken back and made by the tissue itself, which repeats it and puts nodes aside as ever. Water presses on the surface as the
+    /// tissue itself last lay. A watch ends. Afterwards
     /// the motion is in the machine; that of the tissue is out of date.
     ///
     /// # Errors
@@ -141,6 +142,7 @@ impl Tissue {
             let plan = plan_of(tissue.bound_s())?;
             tissue.motion_version += 1;
             tissue.collapse.approach(plan.duration_s());
+            tissue.press();
             let (kicks, nodes) = (&mut tissue.scratch.kicks, &tissue.nodes);
             kicks.prepare(plan.substep_s, tissue.weighing.round, nodes);
             let Measured {
@@ -198,9 +200,13 @@ impl Tissue {
     }
 
     /// The forces on a node now, besides springs and bed, µN.
-    fn load_in_effect(&self, node: u32) -> Vec3 {
+    pub(crate) fn load_in_effect(&self, node: u32) -> Vec3 {
         // In the order of `begin`.
-        self.nodes.load.at(node) + self.nodes.balance.at(node) + self.collapse.current().at(node)
+        let load = self.nodes.load.at(node) + self.nodes.balance.at(node) + self.collapse.current().at(node);
+        match &self.water {
+            Some(water) => load + water.forces.at(node),
+            None => load,
+        }
     }
 
     /// The least damping rate of a node that moves, 1/s; infinite where none does.

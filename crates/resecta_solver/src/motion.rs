@@ -234,6 +234,7 @@ impl Tissue {
         }
         self.motion_version += 1;
         self.collapse.approach(plan.duration_s());
+        self.press();
         self.scratch.start.copy_from(&self.motion);
         let mut substeps_repeated = 0;
         let is_sound = loop {
@@ -323,6 +324,17 @@ impl Tissue {
             for axis in 0..3 {
                 for n in 0..LANES {
                     sum[axis].0[n] = load[axis].0[n] + balance[axis].0[n] + collapse[axis].0[n];
+                }
+            }
+        }
+        if let Some(water) = &self.water {
+            let (sums, forces) = (
+                scratch.external.values.as_flattened_mut(),
+                water.forces.values.as_flattened(),
+            );
+            for (sum, force) in sums.iter_mut().zip(forces) {
+                for n in 0..LANES {
+                    sum.0[n] += force.0[n];
                 }
             }
         }

@@ -67,7 +67,7 @@ fn accelerations(
     let mut forces: Vec<DVec3> = (0..tissue.node_count() as u32)
         .map(|node| {
             let index = node as usize;
-            let loads = tissue.load(node) + tissue.nodes.balance.at(node) + tissue.collapse.current().at(node);
+            let loads = tissue.load_in_effect(node);
             let bed = f64::from(tissue.nodes.support.at(node));
             let damping = f64::from(tissue.nodes.damping_rate.at(node)) * f64::from(tissue.nodes.mass.at(node));
             loads.as_dvec3() + bed * (tissue.rest_position(node).as_dvec3() - positions[index])

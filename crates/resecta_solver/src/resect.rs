@@ -178,6 +178,9 @@ impl Tissue {
         self.living.nodes -= resection.nodes.len();
         self.removed_volume_mm3 += resection.rest_volume_mm3;
         self.forget_what_was_cut();
+        if let Some(water) = &mut self.water {
+            water.forget_faces();
+        }
         cavity.nodes().for_each(|node| self.wake(node));
         self.watch_does(|finer| finer.take(losses, law));
         resection

@@ -138,6 +138,20 @@ impl Surface {
             .filter(|&other| alive[other as usize])
     }
 
+    /// The faces of a pentahedron, outward, each with the pentahedron on its other side, living or not.
+    pub(crate) fn faces<'a>(
+        &'a self,
+        pentahedron: u32,
+        nodes: &'a [u32; 6],
+    ) -> impl Iterator<Item = ([Option<[u32; 3]>; 2], Option<u32>)> + 'a {
+        let first = pentahedron as usize * FACES;
+        (0..FACES).map(move |face| {
+            let across = self.across[first + face];
+            let other = (across != NONE).then_some(across / FACES as u32);
+            (face_triangles(nodes, face), other)
+        })
+    }
+
     /// Takes a pentahedron out, which `alive` must no longer list.
     pub(crate) fn remove(&mut self, pentahedron: u32, nodes: &[[u32; 6]], alive: &[bool], change: &mut SurfaceChange) {
         self.version += 1;

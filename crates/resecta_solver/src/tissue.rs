@@ -23,6 +23,7 @@ use resecta_anatomy::{Zone, wedge};
 use crate::bound::{Usual, Weighing};
 use crate::collapse::Collapse;
 use crate::motion::Scratch;
+use crate::pressed::Water;
 use crate::ranges::{FURTHEST_MM, HEAVIEST_G, MOST_DAMPED, STIFFEST};
 use crate::sleep::Sleep;
 use crate::springs::Springs;
@@ -81,9 +82,9 @@ pub(crate) struct Pentahedra {
     pub zone: Vec<Zone>,
     /// mm³.
     pub rest_volume: Vec<f64>,
-    /// Share of the rest volume that each holds: less than 1 where a cut finer than they are went.
     /// Square of the length of the longest edge at rest, mm².
     pub longest_edge_squared: Vec<f32>,
+    /// Share of the rest volume that each holds: less than 1 where a cut finer than they are went.
     pub fill: Vec<f64>,
     /// Area of the faces that lie on the capsule, mm².
     pub capsule_area: Vec<f32>,
@@ -155,6 +156,7 @@ pub struct Tissue {
     pub(crate) volumes: Option<Volumes>,
     pub(crate) surface: Surface,
     pub(crate) collapse: Collapse,
+    pub(crate) water: Option<Water>,
     /// Pa; what shares of volume are multiplied by to give stiffness: the modulus of the springs alone.
     pub(crate) modulus_pa: f64,
     /// Strain of the springs in the rest shape.

@@ -61,6 +61,12 @@ pub(crate) struct PartEntities {
     pub pentahedra: Vec<Entity>,
 }
 
+/// Pressure of the water that a tissue's surface is in, Pa above what surrounds the organ; -1e6 to 1e6. It presses on all of the surface
+/// but what is held from outside, and reaches what a cut opens. A tissue without it is in no water, which costs nothing.
+#[derive(Component, Reflect, Debug, Clone, Copy, Default, PartialEq)]
+#[reflect(Component, Default)]
+pub struct WaterPressure(pub f32);
+
 impl Tissue {
     /// A tissue from the solver's state.
     pub fn new(solver: resecta_solver::Tissue) -> Self {
@@ -68,13 +74,13 @@ impl Tissue {
             solver,
             fine: None,
             coarse_for_good: false,
+            looked_for_tears: 0,
             parts: None,
             ordinal: u64::MAX,
             written: None,
             lightened: Vec::new(),
             weakened: Vec::new(),
         }
-            looked_for_tears: 0,
     }
 
     /// The solver's state.

@@ -71,7 +71,7 @@ mod write_back;
 pub use between_steps::DrawnBetweenSteps;
 pub use capsule::{Capsule, CapsuleDistance};
 pub use collide::Overlap;
-pub use components::{Pentahedron, Spring, Tissue, TissueNode};
+pub use components::{Pentahedron, Spring, Tissue, TissueNode, WaterPressure};
 pub use diagnostics::{TissueDiagnostics, TissueDiagnosticsPlugin};
 pub use messages::{
     PutAsideReason, PutAsideSubject, TissueChip, TissueContact, TissueInconsistent, TissuePutAside, TissueResected,

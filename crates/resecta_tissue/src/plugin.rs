@@ -8,7 +8,7 @@ use bevy::{
 use crate::{
     between_steps::{self, DrawnBetweenSteps},
     collide::{self, StepTools},
-    components::{Pentahedron, Spring, Tissue, TissueNode},
+    components::{Pentahedron, Spring, Tissue, TissueNode, WaterPressure},
     cut::{self, ReportTotals},
     diagnostics::TissueDiagnostics,
     gather::{self, RemovedParts, TissueCount},
@@ -87,6 +87,7 @@ impl Plugin for TissuePlugin {
             .register_type::<Pentahedron>()
             .register_type::<TissueTool>()
             .register_type::<ToolLoad>()
+            .register_type::<WaterPressure>()
             .register_type::<TissueProbe>()
             .register_type::<TissueColours>()
             .register_type::<TissueTint>()

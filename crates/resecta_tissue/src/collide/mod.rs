@@ -33,7 +33,7 @@ use self::{
     sweep::PartSweep,
 };
 use crate::{
-    components::Tissue,
+    components::{Tissue, WaterPressure},
     cut::Reports,
     diagnostics::{TissueDiagnostics, timed},
     messages::{PutAsideReason, PutAsideSubject, TissueContact},
@@ -107,7 +107,13 @@ pub(crate) fn collide(
 
 /// Moves every tissue by one step, and writes messages about what touched it.
 pub(crate) fn integrate(
-    mut tissues: Query<(Entity, &mut Tissue, &TissueSettings, &mut ToolContacts)>,
+    mut tissues: Query<(
+        Entity,
+        &mut Tissue,
+        &TissueSettings,
+        &mut ToolContacts,
+        Option<&WaterPressure>,
+    )>,
     mut loads: Query<&mut ToolLoad>,
     tools: Res<StepTools>,
     time: Res<Time>,
@@ -120,7 +126,7 @@ pub(crate) fn integrate(
         // A paused clock in a schedule that runs every frame. Tools may be gone when it goes on.
         tissues
             .iter_mut()
-            .for_each(|(.., mut contacts)| contacts.burning.clear());
+            .for_each(|(.., mut contacts, _)| contacts.burning.clear());
         return;
     }
     let mut spent = std::time::Duration::ZERO;
@@ -128,7 +134,11 @@ pub(crate) fn integrate(
     timed(&mut spent, || {
         let mut ordered: Vec<_> = tissues.iter_mut().collect();
         ordered.sort_unstable_by_key(|(_, tissue, ..)| tissue.ordinal);
-        for (entity, mut tissue, settings, mut of_tools) in ordered {
+        for (entity, mut tissue, settings, mut of_tools, water) in ordered {
+            let WaterPressure(pressure_pa) = water.copied().unwrap_or_default();
+            if let Err(error) = tissue.solver.set_water_pressure_pa(pressure_pa) {
+                reports.put_aside(entity, PutAsideSubject::Step, PutAsideReason::Edit(error));
+            }
             let watched = settings.watch_error_every > 0 && steps.is_multiple_of(settings.watch_error_every);
             if watched {
                 if let Some(aim_mm) = settings.error_aim_mm {

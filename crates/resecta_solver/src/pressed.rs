@@ -1,0 +1,125 @@
+//! The pressure of water on the surface.
+//!
+//! Water of pressure p presses on the surface with `p n dA` against the outward normal n: a third of `-p (b - a) × (c - a) / 2` on each
+//! corner of a triangle a, b, c. It reaches all of the surface but what the bed holds, so a cut lets it into what it opens. p counts from
+//! what surrounds the organ.
+//!
+//! A cut finer than the pentahedra (`Tissue::thin`) leaves a surface inside of them. There the force is that of the gradient of what they
+//! hold: a face between two that hold the shares f and g of their volume has `p (f - g) n dA`. Where nothing is cut into, that is the same;
+//! what is nearly empty is hardly pressed, and all forces on a closed surface cancel whatever the cut.
+//!
+//! The forces follow the surface from advance to advance; within one they stay.
+
+use glam::Vec3;
+
+use crate::ranges::within;
+use crate::tissue::{EditError, NodeKind, Tissue, check_range};
+use crate::vectors::{SiteVectors, Vectors};
+
+/// Most that water may press, either way, Pa: ten times the atmosphere.
+const MOST_PA: f32 = 1e6;
+
+/// Tissue that sleeps is woken when the pressure has changed by more than this since, Pa. By our softest tissue of some kPa that is a
+/// strain of 1e-3 at most.
+const WAKING_PA: f32 = 1.0;
+
+/// Water on a tissue.
+#[derive(Debug, Clone)]
+pub(crate) struct Water {
+    pressure_pa: f32,
+    /// When the tissue was last woken for it, Pa.
+    woken_at_pa: f32,
+    /// Triangles that it presses on, outward, with their shares; none before they are first asked for and after a cut.
+    faces: Option<Vec<([u32; 3], f32)>>,
+    /// Its forces on the nodes, µN.
+    pub forces: Vectors,
+}
+
+impl Water {
+    /// Something was cut: other faces may be wetted.
+    pub fn forget_faces(&mut self) {
+        self.faces = None;
+    }
+}
+
+impl Tissue {
+    /// Pressure of the water on the surface, Pa; 0 where there is none.
+    pub fn water_pressure_pa(&self) -> f32 {
+        self.water.as_ref().map_or(0.0, |water| water.pressure_pa)
+    }
+
+    /// Lets water press on the surface, Pa above what surrounds the organ; -1e6 to 1e6. Costs nothing at 0.
+    ///
+    /// # Errors
+    ///
+    /// When the pressure is out of range; the water presses as before.
+    pub fn set_water_pressure_pa(&mut self, pressure_pa: f32) -> Result<(), EditError> {
+        let expected = "-1e6 to 1e6 Pa";
+        check_range(
+            "tissue",
+            0,
+            "water_pressure_pa",
+            pressure_pa,
+            -MOST_PA..=MOST_PA,
+            expected,
+        )?;
+        let woken_at_pa = self.water.as_ref().map_or(0.0, |water| water.woken_at_pa);
+        let wakes = !within(pressure_pa - woken_at_pa, -WAKING_PA, WAKING_PA);
+        if wakes {
+            self.sleep.wake_all();
+        }
+        let before = self.water.take().filter(|_| pressure_pa != 0.0);
+        self.water = (pressure_pa != 0.0).then(|| {
+            let (faces, forces) = match before {
+                Some(water) => (water.faces, water.forces),
+                None => (None, Vectors::zero(self.springs.layout().sites())),
+            };
+            Water {
+                pressure_pa,
+                woken_at_pa: if wakes { pressure_pa } else { woken_at_pa },
+                faces,
+                forces,
+            }
+        });
+        self.watch_does(|finer| finer.set_water_pressure_pa(pressure_pa));
+        Ok(())
+    }
+
+    /// Works out the forces of the water on the surface as it lies.
+    pub(crate) fn press(&mut self) {
+        let Some(mut water) = self.water.take() else { return };
+        let faces = water.faces.get_or_insert_with(|| self.wetted_faces());
+        water.forces.values.fill(SiteVectors::default());
+        for &(triangle, share) in faces.iter() {
+            let [a, b, c]: [Vec3; 3] = triangle.map(|node| self.motion.positions.at(node));
+            let force = (b - a).cross(c - a) * (-share * water.pressure_pa / 6.0);
+            triangle.iter().for_each(|&node| water.forces.add(node, force));
+        }
+        self.water = Some(water);
+    }
+
+    /// The triangles that water presses on, outward, and the share of its pressure that each bears.
+    fn wetted_faces(&self) -> Vec<([u32; 3], f32)> {
+        let nodes = &self.nodes;
+        let is_held = |node: &u32| nodes.kind[*node as usize] == NodeKind::Capsule || nodes.support.at(*node) > 0.0;
+        let mut wetted = Vec::new();
+        for pentahedron in self.living_pentahedron_indices() {
+            let corners = &self.pentahedra.nodes[pentahedron as usize];
+            for (triangles, other) in self.surface.faces(pentahedron, corners) {
+                let other = other.filter(|&other| self.is_pentahedron_alive(other));
+                // A face between two is met from either side.
+                if other.is_some_and(|other| other < pentahedron) {
+                    continue;
+                }
+                let share = self.fill(pentahedron) - other.map_or(0.0, |other| self.fill(other));
+                if share == 0.0 {
+                    continue;
+                }
+                let triangles = triangles.into_iter().flatten();
+                let reached = triangles.filter(|triangle| other.is_some() || !triangle.iter().all(is_held));
+                wetted.extend(reached.map(|triangle| (triangle, share as f32)));
+            }
+        }
+        wetted
+    }
+}
