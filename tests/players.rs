@@ -87,17 +87,7 @@ fn the_careful_cut_only_while_the_loop_is_off_the_capsule() {
 
 #[test]
 fn the_score_tells_the_careful_from_the_careless_in_every_part() {
-    are_told_apart_after(300.0);
-}
-
-#[test]
-#[ignore = "fails: on whole elements the careful player bleeds 783 ml in all by then, the careless one 282 ml"]
-fn the_score_still_tells_them_apart_after_ten_minutes() {
-    are_told_apart_after(600.0);
-}
-
-fn are_told_apart_after(time_s: f64) {
-    let [careful, careless] = [Player::Careful, Player::Careless].map(|player| play(shortened(time_s, 0.3), player));
+    let [careful, careless] = [Player::Careful, Player::Careless].map(|player| play(shortened(600.0, 0.3), player));
     for part in Part::ALL {
         let points = |report: &Report| {
             let of_part = report.score.parts.iter().find(|score| score.part == part);

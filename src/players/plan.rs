@@ -36,6 +36,8 @@ pub struct Manner {
     pub pull_mm_per_s: f32,
     /// Speed of everything else, as a share of what the instrument allows.
     pub haste: f32,
+    /// Whether strokes go where the tissue that is to be cut has moved, or where it lay at rest.
+    pub follows_tissue: bool,
     /// Whether the sheath is brought along the lumen, or straight to where it is wanted.
     pub follows_lumen: bool,
     /// How far the loop is left out while it is brought somewhere, mm: one that is drawn in delivers no current.
@@ -64,6 +66,7 @@ impl Manner {
             trims: true,
             pull_mm_per_s: 30.0,
             haste: 0.6,
+            follows_tissue: true,
             follows_lumen: true,
             carried_out_mm: 0.0,
             current_in_tissue: true,
@@ -76,8 +79,8 @@ impl Manner {
         Self {
             layer_mm: 7.0,
             beside_mm: 14.0,
-            inside_adenoma_mm: -2.0,
-            inside_capsule_mm: -1.0,
+            inside_adenoma_mm: -4.0,
+            inside_capsule_mm: -3.0,
             above_verumontanum_mm: [-5.0; SECTORS.len()],
             lets_go_at_capsule_mm: None,
             lets_go_above_verumontanum_mm: None,
@@ -87,6 +90,7 @@ impl Manner {
             trims: false,
             pull_mm_per_s: 30.0,
             haste: 0.7,
+            follows_tissue: false,
             follows_lumen: false,
             carried_out_mm: 3.0,
             current_in_tissue: false,

@@ -26,6 +26,8 @@ const SINK_MM: f32 = 5.0;
 /// How fast it sinks in, mm/s: until it meets tissue where the bleeder was seen, and from there on, while it still bleeds.
 const SINK_MM_PER_S: f32 = 12.0;
 const PRESS_MM_PER_S: f32 = 3.0;
+/// How deep it is pressed in, mm: about the radius of the wire's contacts.
+const PRESSED_MM: f32 = 0.4;
 /// How far the loop is out while it presses a bleeder, so that the lens sees it, mm.
 const PRESS_STROKE_MM: f32 = 12.0;
 /// Two bleeders nearer than this are one to a player, mm; it is tried so many times.
@@ -94,6 +96,8 @@ pub(crate) struct Play {
     cuts: bool,
     strokes: Vec<(usize, Stroke)>,
     next: usize,
+    /// How far the tissue along the next one's way has moved, mm; empty until it is looked at.
+    moved: Vec<Vec3>,
     /// How often they are yet to be gone through.
     rounds: u32,
     doing: Doing,
@@ -132,6 +136,7 @@ impl Play {
             cuts,
             next: if cuts { 0 } else { strokes.len() },
             strokes,
+            moved: Vec::new(),
             rounds: manner.rounds,
             doing: if cuts { Doing::Reach } else { Doing::Look(0.0) },
             tried: Vec::new(),
@@ -170,10 +175,20 @@ impl Play {
         let (_, stroke) = self.strokes.get(self.next)?;
         let last = stroke.way.len() - 1;
         let (from, to) = ((at as usize).min(last), (at as usize + 1).min(last));
-        let place = stroke.way[from].lerp(stroke.way[to], f64::from(at.fract()));
+        let place = stroke.way[from].lerp(stroke.way[to], f64::from(at.fract())).as_vec3();
+        let moved = |index: usize| self.moved.get(index).copied().unwrap_or_default();
+        let place = place + moved(from).lerp(moved(to), at.fract());
         let outwards = towards(stroke.hour).extend(0.0);
         let left_mm = stroke.way[last].distance(stroke.way[0]) as f32;
-        Some((place.as_vec3(), outwards.as_vec3(), left_mm))
+        Some((place, outwards.as_vec3(), left_mm))
+    }
+
+    /// Before the loop is out: it would push along what it is to cut.
+    fn look_where_tissue_is(&mut self, senses: &Senses) {
+        if let Some((_, stroke)) = self.strokes.get(self.next).filter(|_| self.manner.follows_tissue) {
+            let places: Vec<Vec3> = stroke.way.iter().map(|place| place.as_vec3()).collect();
+            self.moved = senses.moved(&places);
+        }
     }
 
     /// A step: where the hands go from here, pedals and taps included.
@@ -221,7 +236,10 @@ impl Play {
                     next.cut = !manner.current_in_tissue;
                     if is_at(scope, now, &to) {
                         self.doing = match self.doing {
-                            Doing::Reach => Doing::Extend,
+                            Doing::Reach => {
+                                self.look_where_tissue_is(senses);
+                                Doing::Extend
+                            }
                             Doing::Extend => Doing::Lower,
                             _ => Doing::Pull(0.0),
                         };
@@ -237,6 +255,7 @@ impl Play {
                 let Some((place, outwards, _)) = self.way_point(at).filter(|_| at < length) else {
                     let sector = self.strokes.get(self.next).map(|(sector, _)| *sector);
                     self.next += 1;
+                    self.moved.clear();
                     if self.next == self.strokes.len() && self.rounds > 1 {
                         (self.next, self.rounds) = (0, self.rounds - 1);
                     }
@@ -314,10 +333,19 @@ impl Play {
             }
             Doing::Press(place, pressed_s, sunk_mm) => {
                 let is_on = senses.loop_in_tissue();
-                let still_bleeds = senses.bleeders().iter().any(|seen| seen.distance(place) < SAME_MM);
+                // Loop and water move the bleeder with its tissue.
+                let nearest = |a: &Vec3, b: &Vec3| a.distance(place).total_cmp(&b.distance(place));
+                let seen = senses.bleeders().into_iter().min_by(nearest);
+                let seen = seen.filter(|seen| seen.distance(place) < SAME_MM);
+                let (still_bleeds, place) = (seen.is_some(), seen.unwrap_or(place));
                 // Tissue may be met on the way; the bleeder is where it was seen.
                 let is_there = is_on && sunk_mm >= 0.0;
-                let sinks_mm_per_s = if is_there { PRESS_MM_PER_S } else { SINK_MM_PER_S };
+                let sinks_mm_per_s = match is_there {
+                    // A wire under current sinks into tissue as into nothing: past the vessel it closes none.
+                    true if sunk_mm > PRESSED_MM => 0.0,
+                    true => PRESS_MM_PER_S,
+                    false => SINK_MM_PER_S,
+                };
                 let sunk_mm = sunk_mm + sinks_mm_per_s * step_s;
                 let pressed_s = if is_there { pressed_s + step_s } else { 0.0 };
                 // The loop, or tissue that it folds, may hide the bleeder: a short press tells nothing.
@@ -449,16 +477,22 @@ impl Play {
         places.nth(behind)
     }
 
-    /// Taps as the water asks for: clear water through both, little inflow while the view is clear, none while the bladder presses.
+    /// Taps as the water asks for: clear water through both, little inflow while the view is clear, none while the bladder presses. They stay
+    /// while the loop is on its way to something or at it: the water's pressure moves the tissue.
     fn turn_taps(&mut self, next: InstrumentState, senses: &mut Senses) -> InstrumentState {
         let (inflow_tap, outflow_tap) = if !self.manner.minds_water {
-            (1.0, 0.0)
+            (1.0, 1.0)
         } else {
             let pressure = senses.pressure_cmh2o();
             self.is_inflow_shut = pressure > HIGH_CMH2O || (self.is_inflow_shut && pressure > LOW_CMH2O);
             let is_flushing = matches!(self.doing, Doing::Flush(_));
+            let is_aiming = matches!(
+                self.doing,
+                Doing::Extend | Doing::Lower | Doing::Pull(_) | Doing::Seek(_) | Doing::Press(..)
+            );
             let inflow = match senses.visibility() {
                 _ if self.is_inflow_shut => 0.0,
+                _ if is_aiming => next.inflow_tap,
                 visibility if visibility > 0.8 && !is_flushing => 0.4,
                 _ => 1.0,
             };

@@ -4,6 +4,11 @@ use bevy::{ecs::system::SystemParam, prelude::*};
 use resecta_fluid::Vessels;
 use resecta_scenario::{ActiveExercise, Sight, metrics::StepObservation};
 
+/// Nodes so near to a place at rest tell where it has moved, mm: about a cell.
+const AROUND_MM: f32 = 4.0;
+/// Further than this it is followed no more, mm.
+const FURTHEST_MM: f32 = 8.0;
+
 /// Where a player's senses come from.
 #[derive(SystemParam)]
 pub(super) struct Senses<'w, 's> {
@@ -27,6 +32,28 @@ impl Senses<'_, '_> {
     /// How clear the view is, 0 to 1.
     pub fn visibility(&self) -> f64 {
         self.step.water.visibility
+    }
+
+    /// How far tissue that lay at some places has moved, as whoever watches it sees: the mean of the nodes around, the nearest counting
+    /// most. Nothing where it is gone.
+    pub fn moved(&self, places: &[Vec3]) -> Vec<Vec3> {
+        let Some(tissue) = self.sight.rays.tissue(self.active.tissue) else {
+            return vec![Vec3::ZERO; places.len()];
+        };
+        let solver = tissue.solver();
+        let living = (0..solver.node_count() as u32).filter(|&node| solver.is_node_alive(node));
+        let mut sums = vec![(Vec3::ZERO, 0.0); places.len()];
+        for node in living {
+            let rest = solver.rest_position(node);
+            let way = solver.position(node) - rest;
+            for (place, (sum, weights)) in places.iter().zip(&mut sums) {
+                let weight = (1.0 - rest.distance(*place) / AROUND_MM).max(0.0);
+                *sum += way * weight;
+                *weights += weight;
+            }
+        }
+        let mean = |(sum, weights): (Vec3, f32)| (sum / weights.max(f32::MIN_POSITIVE)).clamp_length_max(FURTHEST_MM);
+        sums.into_iter().map(mean).collect()
     }
 
     /// Where blood is seen to come from: open vessels that the lens sees.
