@@ -176,3 +176,16 @@ fn whatever_was_cut_water_all_around_moves_nothing() {
     assert!(size > 0.0 && sum.length() < 1e-3 * size, "{sum} of {size}");
     assert_eq!(tissue.inverted_count(), 0);
 }
+
+#[test]
+fn no_pressure_bursts_a_tube() {
+    let mut tissue = tube_on_bed(Some(0.45), 14.0);
+    tissue.set_water_pressure_pa(1e6).expect("a pressure in its range");
+    for _ in 0..50 {
+        tissue.advance(0.02, &[]).expect("a plain step");
+    }
+    let opened = opened_mm(&tissue);
+    println!("opened by {opened:.2} mm");
+    assert!(opened > 0.5 && opened < 0.5 * OUTER_MM, "{opened} mm");
+    assert_eq!(tissue.inverted_count(), 0);
+}

@@ -62,7 +62,8 @@ pub(crate) struct PartEntities {
 }
 
 /// Pressure of the water that a tissue's surface is in, Pa above what surrounds the organ; -1e6 to 1e6. It presses on all of the surface
-/// but what is held from outside, and reaches what a cut opens. A tissue without it is in no water, which costs nothing.
+/// but what is held from outside, and reaches what a cut opens. Of what is beyond some 0.4 times the tissue's modulus so much acts, lest the tissue burst
+/// ([`set_water_pressure_pa`](resecta_solver::Tissue::set_water_pressure_pa)). A tissue without it is in no water, which costs nothing.
 #[derive(Component, Reflect, Debug, Clone, Copy, Default, PartialEq)]
 #[reflect(Component, Default)]
 pub struct WaterPressure(pub f32);
