@@ -208,8 +208,8 @@ impl TissueLoad {
             yaw_deg,
             ..*to
         };
-        // Within the ranges but for rounding.
-        scope.limits.clamp(&held).ok()
+        // Where tissue turns the sheath aside, no faster than hands: a recording of it plays again as it was.
+        scope.limits.advance(from, &held, step_s).ok()
     }
 }
 
@@ -292,6 +292,21 @@ mod tests {
         // Along the wall at once with into it: along it.
         let held = to(|to| (to.insertion_mm, to.yaw_deg) = (41.0, 1.0)).expect("held");
         assert!((scope.tip(&held).x - scope.tip(&InstrumentState { yaw_deg: 1.0, ..AT }).x).abs() < 0.05);
+    }
+
+    #[test]
+    fn what_is_held_is_turned_aside_no_faster_than_hands_are() {
+        let scope = scope();
+        let at = |insertion_mm: f32| InstrumentState { insertion_mm, ..AT };
+        // Along a wall that lies aslant, as far aside as on: near the pivot that is more than hands turn in a step.
+        for aside in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y] {
+            let way = (aside + Vec3::NEG_Z) * 0.45;
+            let press = [(ToolPartKind::Sheath, Vec3::Z * 21.0, way)];
+            let (load, _) = pressed(&press, 60);
+            let held = load.hold(&scope, &at(20.0), &at(22.0), STEP_S).expect("held");
+            assert!(held.pitch_deg.abs().max(held.yaw_deg.abs()) > 0.5, "{held:?}");
+            assert_eq!(scope.limits.advance(&at(20.0), &held, STEP_S), Ok(held), "{way}");
+        }
     }
 
     #[test]
