@@ -230,7 +230,7 @@ impl Cut<'_> {
         Ok(solver.resect(&pentahedra, self.settings.collapse))
     }
 
-    /// Takes away what has torn off since the tissue last moved.
+    /// Takes away what has torn off since the tissue last moved. Tissue that nothing was cut out of does not tear.
     fn tear(&mut self) -> Result<Resection, FieldError> {
         let Tissue {
             solver,
@@ -238,7 +238,8 @@ impl Cut<'_> {
             looked_for_tears,
             ..
         } = &mut *self.tissue;
-        if std::mem::replace(looked_for_tears, solver.motion_version()) == solver.motion_version() {
+        let is_still = std::mem::replace(looked_for_tears, solver.motion_version()) == solver.motion_version();
+        if is_still || solver.removed_volume_mm3() == 0.0 {
             return Ok(Resection::default());
         }
         let mut drawn_out = solver.drawn_out_pentahedra(TORN_STRETCH);

@@ -102,3 +102,30 @@ fn a_cut_weakens_what_is_left_and_the_components_say_so() {
         assert_eq!(spring.stiffness_mn_per_m, solver.spring(spring.index).stiffness);
     }
 }
+
+/// Draws the last corner of a block 20 mm away and makes a step.
+fn draw_out(app: &mut App, tissue: Entity) -> Vec<TissueResected> {
+    let mut tissue = app.world_mut().get_mut::<Tissue>(tissue).unwrap();
+    let solver = tissue.solver_mut();
+    let corner = solver.node_count() as u32 - 1;
+    let place = solver.rest_position(corner) + Vec3::Z * 20.0;
+    solver.set_position(corner, place).expect("a finite place");
+    app.update();
+    messages(app)
+}
+
+#[test]
+fn what_is_drawn_out_tears_off_where_something_was_cut_and_nowhere_else() {
+    let mut app = app();
+    let whole = app.world_mut().spawn((Tissue::new(small_block()), checked())).id();
+    app.update();
+    assert_eq!(draw_out(&mut app, whole), []);
+
+    let (mut app, tissue, ..) = cut(checked(), true);
+    let [torn] = &draw_out(&mut app, tissue)[..] else {
+        panic!("one message");
+    };
+    assert_eq!((torn.tissue, torn.tool), (tissue, None));
+    let solver = app.world().get::<Tissue>(tissue).unwrap().solver();
+    assert!(!torn.pentahedra.is_empty() && solver.drawn_out_pentahedra(3.0).is_empty());
+}
