@@ -34,8 +34,8 @@ impl Senses<'_, '_> {
         self.step.water.visibility
     }
 
-    /// How far tissue that lay at some places has moved, as whoever watches it sees: the mean of the nodes around, the nearest counting
-    /// most. Nothing where it is gone.
+    /// Displacement of the tissue at some places of the rest shape (mm), mm, at most 8: the mean over the living nodes within 4 mm, weighted
+    /// by nearness. Zero where there are none. A surgeon sees it move.
     pub fn moved(&self, places: &[Vec3]) -> Vec<Vec3> {
         let Some(tissue) = self.sight.rays.tissue(self.active.tissue) else {
             return vec![Vec3::ZERO; places.len()];

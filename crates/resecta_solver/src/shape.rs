@@ -18,22 +18,23 @@ impl Tissue {
     /// The living pentahedra that have no volume or are turned inside out, rising. Springs alone do not always bring back
     /// what was turned far inside out: `docs/hard_cases.md`. Looks at all.
     pub fn inverted_pentahedra(&self) -> Vec<u32> {
-        self.living_pentahedron_indices()
-            .filter(|&pentahedron| self.volume_of(pentahedron) <= 0.0)
-            .collect()
+        self.inverted().collect()
     }
 
     /// How many living pentahedra have no volume or are turned inside out.
     pub fn inverted_count(&self) -> usize {
-        self.living_pentahedron_indices()
-            .filter(|&pentahedron| self.volume_of(pentahedron) <= 0.0)
-            .count()
+        self.inverted().count()
     }
 
-    /// The living pentahedra of which an edge is more than so many times as long as their longest edge at rest, rising. Looks at all.
+    fn inverted(&self) -> impl Iterator<Item = u32> + '_ {
+        self.living_pentahedron_indices()
+            .filter(|&pentahedron| self.volume_of(pentahedron) <= 0.0)
+    }
+
+    /// The living pentahedra with an edge longer than `times` (above 0) their longest edge at rest, rising. Looks at all.
     ///
-    /// Not its own length at rest: the short edges around a narrow lumen grow to several times theirs as it opens, and what they belong
-    /// to has hardly changed.
+    /// An edge is not compared with its own length at rest: the short edges around a narrow lumen become several times as long when it
+    /// opens, while the pentahedron hardly changes.
     pub fn drawn_out_pentahedra(&self, times: f32) -> Vec<u32> {
         let limit = times * times;
         let is_drawn_out = |&pentahedron: &u32| {
@@ -54,12 +55,18 @@ mod tests {
     use super::*;
     use crate::{Material, TissueMesh};
 
+    /// A pentahedron whose triangles have two edges of a length along x and y, mm, and which is so high.
+    fn prism(edge: i32, height: i32) -> Tissue {
+        let triangle = [[0, 0], [0, edge], [edge, 0]];
+        let place = |z: i32| triangle.map(|[x, y]| glam::IVec3::new(x, y, z).as_dvec3());
+        let places = [place(0), place(height)].concat();
+        let mesh = TissueMesh::from_pentahedra(places, vec![[0, 1, 2, 3, 4, 5]]);
+        Tissue::new(&mesh, &Material::default()).expect("a prism is a tissue")
+    }
+
     #[test]
     fn a_pentahedron_is_drawn_out_by_its_longest_edge_at_rest_and_no_shorter_one() {
-        let places = [[0, 0, 0], [0, 1, 0], [1, 0, 0], [0, 0, 4], [0, 1, 4], [1, 0, 4]];
-        let places = places.map(|place| glam::IVec3::from(place).as_dvec3());
-        let mesh = TissueMesh::from_pentahedra(places.to_vec(), vec![[0, 1, 2, 3, 4, 5]]);
-        let mut tissue = Tissue::new(&mesh, &Material::default()).expect("a prism is a tissue");
+        let mut tissue = prism(1, 4);
         let mut move_by = |way: Vec3| {
             let place = tissue.position(2) + way;
             tissue.set_position(2, place).expect("a finite place");
@@ -73,10 +80,7 @@ mod tests {
 
     #[test]
     fn what_is_turned_inside_out_is_counted() {
-        let places = [[0, 0, 0], [0, 2, 0], [2, 0, 0], [0, 0, 2], [0, 2, 2], [2, 0, 2]];
-        let places = places.map(|place| glam::IVec3::from(place).as_dvec3());
-        let mesh = TissueMesh::from_pentahedra(places.to_vec(), vec![[0, 1, 2, 3, 4, 5]]);
-        let mut tissue = Tissue::new(&mesh, &Material::default()).expect("a prism is a tissue");
+        let mut tissue = prism(2, 2);
         assert_eq!(tissue.inverted_count(), 0);
         for node in 3..6 {
             let place = tissue.position(node) - Vec3::Z * 5.0;

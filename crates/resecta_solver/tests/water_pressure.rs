@@ -2,9 +2,8 @@
 
 mod common;
 
-use common::{block_mesh, blocks::block};
+use common::{block_mesh, blocks::block, tube_lattice_of};
 use glam::{DMat2, DVec2, DVec3, Vec3};
-use resecta_anatomy::{Lattice, LatticeOptions, Section};
 use resecta_solver::{Material, NodeKind, ShearResistance, Tissue, TissueMesh};
 
 /// A tube so long that its ends do not count.
@@ -14,23 +13,7 @@ const LENGTH_MM: f64 = 100.0;
 
 /// A tube along z on its bed, its ends held by it too.
 fn tube_on_bed(poisson_ratio: Option<f64>, alpha_deg: f64) -> Tissue {
-    let circle = |radius: f64| -> Vec<DVec2> {
-        let angles = (0..180).map(|n| f64::from(n) / 180.0 * std::f64::consts::TAU);
-        angles.map(|angle| DVec2::from_angle(angle) * radius).collect()
-    };
-    let (outer, inner) = (circle(OUTER_MM), circle(INNER_MM));
-    let sections: Vec<Section> = (0..=20)
-        .map(|n| Section {
-            z: LENGTH_MM / 20.0 * f64::from(n),
-            outer: &outer,
-            inner: &inner,
-        })
-        .collect();
-    let options = LatticeOptions {
-        alpha_deg,
-        ..LatticeOptions::default()
-    };
-    let lattice = Lattice::from_sections(&sections, &options).expect("a tube is a lattice");
+    let lattice = tube_lattice_of([INNER_MM, OUTER_MM], (LENGTH_MM / 5.0) as u32, alpha_deg);
     let shear = ShearResistance::Diagonals;
     let material = Material {
         shear,
@@ -98,7 +81,7 @@ fn a_thick_tube_opens_as_lame_says() {
     }
 }
 
-/// By what share a block of so many cubes a side is squeezed with water all around it, over what its bulk modulus says.
+/// The share of its volume that a block of `cubes` cubes a side loses under water, over pressure by bulk modulus.
 fn squeeze_over_bulk(poisson_ratio: Option<f64>, cubes: u32) -> f64 {
     let ratio = poisson_ratio.unwrap_or(0.25);
     let material = Material {

@@ -24,13 +24,18 @@ pub fn tube_lattice(alpha_deg: f64) -> Lattice {
 
 /// The same around a lumen of that radius, mm.
 pub fn tube_lattice_around(lumen_mm: f64, alpha_deg: f64) -> Lattice {
+    tube_lattice_of([lumen_mm, 20.0], 6, alpha_deg)
+}
+
+/// A tube of such radii of lumen and capsule, mm, along z from 0 in so many pieces of 5 mm.
+pub fn tube_lattice_of([lumen_mm, capsule_mm]: [f64; 2], pieces: u32, alpha_deg: f64) -> Lattice {
     let circle = |radius: f64| -> Vec<DVec2> {
         (0..180)
             .map(|n| DVec2::from_angle(f64::from(n) * std::f64::consts::TAU / 180.0) * radius)
             .collect()
     };
-    let (outer, inner) = (circle(20.0), circle(lumen_mm));
-    let sections: Vec<Section> = (0..7)
+    let (outer, inner) = (circle(capsule_mm), circle(lumen_mm));
+    let sections: Vec<Section> = (0..=pieces)
         .map(|n| Section {
             z: 5.0 * f64::from(n),
             outer: &outer,
