@@ -133,6 +133,8 @@ pub struct Contact {
     pub recovery_mm_per_s: f32,
     /// How deep the point may lie inside the body for good, mm; 0 or more.
     pub slack_mm: f32,
+    /// The most that the body pushes the point with, µN; above 0. Tissue that presses harder goes into it.
+    pub most_force_un: f32,
 }
 
 impl Contact {
@@ -145,6 +147,7 @@ impl Contact {
             overlap_mm: 0.0,
             recovery_mm_per_s: 0.0,
             slack_mm: 0.0,
+            most_force_un: f32::INFINITY,
         }
     }
 
@@ -161,6 +164,7 @@ impl Contact {
             && within(self.overlap_mm, 0.0, FURTHEST_MM)
             && within(self.recovery_mm_per_s, 0.0, f32::MAX)
             && within(self.slack_mm, 0.0, FURTHEST_MM)
+            && self.most_force_un > 0.0
             && self.point.weights.iter().all(|weight| weight.is_finite())
     }
 }
@@ -218,6 +222,10 @@ struct Hold {
     slack_mm: f32,
     /// What its point loses of a substep's push to the medium before the body takes the rest: a factor on the impulse, 1 or more.
     lost: f32,
+    /// The most that the point is moved out by in a substep, mm, and the most of its velocity that is taken, mm/s: what the most force
+    /// makes of them.
+    most_mm: f32,
+    most_mm_per_s: f32,
     normal: Vec3,
     /// g mm/s = µN s.
     impulse: Vec3,
@@ -261,6 +269,8 @@ impl Hold {
             recovered_mm: contact.recovery_mm_per_s * duration_s,
             slack_mm: contact.slack_mm,
             lost: 1.0,
+            most_mm: f32::INFINITY,
+            most_mm_per_s: f32::INFINITY,
             normal: Vec3::ZERO,
             impulse: Vec3::ZERO,
         }
@@ -274,8 +284,12 @@ impl Hold {
             whole += push;
             left += weight * weight * kicks.whole_push(node);
         }
+        let lost = if left > 0.0 { whole / left } else { 1.0 };
+        let most_mm_per_s = contact.most_force_un * substep_s * self.compliance / lost;
         Hold {
-            lost: if left > 0.0 { whole / left } else { 1.0 },
+            lost,
+            most_mm: most_mm_per_s * substep_s,
+            most_mm_per_s,
             ..self
         }
     }
@@ -394,7 +408,7 @@ impl Motion {
             return;
         };
         let allowed = (hold.overlap_mm - time * hold.recovered_mm).max(hold.slack_mm);
-        let depth = depth - allowed;
+        let depth = (depth - allowed).min(hold.most_mm);
         if depth <= 0.0 || hold.compliance <= 0.0 {
             return;
         }
@@ -406,6 +420,7 @@ impl Motion {
             self.positions
                 .add_at(part.place, normal * (depth * part.share * per_compliance));
         }
+        let against = against.min(hold.most_mm_per_s);
         if against > 0.0 {
             for part in parts {
                 self.velocities

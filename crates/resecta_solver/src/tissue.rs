@@ -416,6 +416,11 @@ impl Tissue {
         &self.surface
     }
 
+    /// Young's modulus of the springs alone, Pa: less than the tissue's where volume effects bear a part.
+    pub fn spring_modulus_pa(&self) -> f64 {
+        self.modulus_pa
+    }
+
     /// How far the centroid of a pentahedron is at most from its first node at rest, mm.
     pub fn reach_mm(&self) -> f32 {
         self.reach

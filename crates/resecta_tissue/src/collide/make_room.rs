@@ -44,9 +44,10 @@ impl Tissue {
                 step.as_secs_f32(),
                 &mut found,
             );
+            let modulus_pa = self.solver.spring_modulus_pa();
             let contacts: Vec<Contact> = found
                 .iter()
-                .map(|found| found.contact(&parts[found.part as usize]))
+                .map(|found| found.contact(&parts[found.part as usize], modulus_pa))
                 .collect();
             self.solver.advance(step.as_secs_f64(), &contacts)?;
             before.renew(&found, self.solver.touches());

@@ -165,7 +165,10 @@ pub(crate) fn integrate(
             }
             let parts: Vec<Vec<PartSweep>> = tools.iter().map(|tool| tool.parts().collect()).collect();
             let part = |found: &Found| &parts[found.tool as usize][found.part as usize];
-            let contacts: Vec<Contact> = (found.iter()).map(|found| found.contact(part(found))).collect();
+            let modulus_pa = tissue.solver.spring_modulus_pa();
+            let contacts: Vec<Contact> = (found.iter())
+                .map(|found| found.contact(part(found), modulus_pa))
+                .collect();
             match tissue.solver.advance(time.delta_secs_f64(), &contacts) {
                 Ok(report) => {
                     for put_aside in &report.put_aside {
