@@ -40,6 +40,7 @@ pub mod page;
 pub mod players;
 pub mod rates;
 pub mod spring_scene;
+pub mod strokes;
 pub mod view;
 
 pub use resecta_anatomy as anatomy;

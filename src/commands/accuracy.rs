@@ -1,21 +1,22 @@
-//! `resecta accuracy`: speed against error of integrators, and how exactly tissue is cut, in tables and charts.
+//! `resecta accuracy`: speed against error of integrators, how exactly tissue is cut, and what strokes leave, in tables and charts.
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
+use resecta::{assets, scenario::Library, strokes::write_strokes};
 use resecta_methods::{Progress, write_cuts, write_report};
 
 use super::Failure;
 
-/// Measure speed against error of many integrators in many kinds of scenes, and cuts against exact solids; write tables and
-/// charts (some minutes)
+/// Measure speed against error of many integrators in many kinds of scenes, cuts against exact solids, and what strokes leave; write
+/// tables and charts (some minutes)
 #[derive(Args)]
 pub struct Accuracy {
     /// Folder to write to; what is in it under the same names is replaced
     #[arg(long, default_value = "docs/accuracy")]
     out: PathBuf,
-    /// Measure one part [default: both]
+    /// Measure one part [default: all]
     #[arg(long)]
     only: Option<Part>,
 }
@@ -26,6 +27,8 @@ enum Part {
     Methods,
     /// Cuts (some minutes)
     Cuts,
+    /// Twelve standard strokes on three glands (some minutes)
+    Strokes,
 }
 
 impl Accuracy {
@@ -41,6 +44,10 @@ impl Accuracy {
         Ok(())
     }
 
+    fn measures(&self, part: Part) -> bool {
+        self.only.is_none_or(|only| only == part)
+    }
+
     /// What was measured, and where it stands.
     fn measure(&self, bar: &ProgressBar) -> Result<Vec<String>, Failure> {
         let progress = |now: Progress| {
@@ -49,7 +56,7 @@ impl Accuracy {
             bar.set_message(format!("{}: {}", now.regime, now.method));
         };
         let mut done = Vec::new();
-        if self.only != Some(Part::Cuts) {
+        if self.measures(Part::Methods) {
             let summary = write_report(&self.out, progress)?;
             done.push(format!(
                 "{} runs in {} kinds of scenes: {}",
@@ -58,13 +65,26 @@ impl Accuracy {
                 self.out.join("index.md").display()
             ));
         }
-        if self.only != Some(Part::Methods) {
+        if self.measures(Part::Cuts) {
             let cuts = write_cuts(&self.out, progress)?;
             done.push(format!(
                 "{} cuts of exact solids, {} glands cut from end to end: {}",
                 cuts.errors.len(),
                 cuts.glands.len(),
                 self.out.join("cuts.md").display()
+            ));
+        }
+        if self.measures(Part::Strokes) {
+            let library = Library::new(assets::find()?);
+            let strokes = write_strokes(&library, &self.out, |number, of, name| {
+                bar.set_length(of as u64);
+                bar.set_position(number as u64);
+                bar.set_message(name.to_string());
+            })?;
+            done.push(format!(
+                "{} strokes: {}",
+                strokes.len(),
+                self.out.join("strokes.md").display()
             ));
         }
         Ok(done)

@@ -13,6 +13,7 @@ use resecta::{
     records::{Difference, ProgressError, RecordError},
     scenario::{ExerciseError, LoadCaseError},
     spring_scene::SpringSceneError,
+    strokes::StrokesError,
     view::{NoAdapter, PictureError},
 };
 use thiserror::Error;
@@ -42,6 +43,8 @@ pub enum Failure {
     Train { folder: PathBuf, source: TrainError },
     #[error(transparent)]
     Generate(#[from] GenerateError),
+    #[error(transparent)]
+    Strokes(#[from] StrokesError),
     #[error(transparent)]
     Exercise(#[from] ExerciseError),
     #[error(transparent)]

@@ -23,6 +23,7 @@ use resecta_instrument::{InstrumentSource, InstrumentSystems};
 use resecta_scenario::{ActiveExercise, Demonstration, LoopClearance};
 
 pub use plan::{Manner, Stroke};
+pub(crate) use plan::{Outlines, towards};
 pub(crate) use play::Play;
 
 /// Who plays.
@@ -69,6 +70,25 @@ pub fn seat(world: &mut World, player: Player) {
     if manner.lets_go_at_capsule_mm.is_some() {
         instrument.insert(LoopClearance::default());
     }
+}
+
+/// Seats a player who makes some strokes and nothing else. Nothing happens without an exercise.
+pub(crate) fn seat_for_strokes(world: &mut World, strokes: Vec<Stroke>) {
+    let Some(active) = world.get_resource::<ActiveExercise>() else {
+        return;
+    };
+    let (instrument, play) = (
+        active.instrument,
+        Play::of_strokes(&active.case, &active.exercise, strokes),
+    );
+    world.entity_mut(instrument).insert((InstrumentSource::Requests, play));
+}
+
+/// Which stroke the player of the exercise in play is at, or how many there were; 0 where nobody plays.
+pub(crate) fn stroke_number(world: &World) -> usize {
+    let active = world.get_resource::<ActiveExercise>();
+    let play = active.and_then(|active| world.get::<Play>(active.instrument));
+    play.map_or(0, Play::stroke_number)
 }
 
 /// Hands the instrument of the exercise in play to what shows it; false where nothing does. The run ends when it is done.

@@ -120,13 +120,13 @@ const SHORTEST_MM: f64 = 4.0;
 const STEP_MM: f64 = 1.0;
 
 /// Unit vector of an hour in the transverse plane: 12 is anterior (-y), 3 the patient's left (+x).
-pub(super) fn towards(hour: f64) -> DVec2 {
+pub(crate) fn towards(hour: f64) -> DVec2 {
     let angle = hour / 12.0 * TAU;
     DVec2::new(angle.sin(), -angle.cos())
 }
 
 /// What a case's slices say at a height.
-pub(super) struct Outlines<'a> {
+pub(crate) struct Outlines<'a> {
     case: &'a Case,
 }
 
@@ -141,7 +141,7 @@ impl<'a> Outlines<'a> {
     }
 
     /// Distance from the middle of the urethra to its wall, to the adenoma's outline and to the capsule, towards an hour.
-    fn radii(&self, z: f64, hour: f64) -> [f64; 3] {
+    pub fn radii(&self, z: f64, hour: f64) -> [f64; 3] {
         let radii = |slice: &Slice| {
             let from = middle(slice);
             let to = |contour: &[DVec2]| radius(contour, from, towards(hour));

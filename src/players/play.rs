@@ -163,6 +163,31 @@ impl Play {
         }
     }
 
+    /// Who makes these strokes, one after the other, and minds nothing else.
+    pub fn of_strokes(case: &Case, exercise: &Exercise, strokes: Vec<Stroke>) -> Self {
+        let manner = Manner {
+            coagulates: false,
+            minds_water: false,
+            trims: false,
+            rounds: 1,
+            lets_go_at_capsule_mm: None,
+            lets_go_above_verumontanum_mm: None,
+            ..Manner::careful()
+        };
+        Self {
+            cuts: true,
+            strokes: strokes.into_iter().map(|stroke| (0, stroke)).collect(),
+            next: 0,
+            doing: Doing::Reach,
+            ..Self::new(manner, case, exercise)
+        }
+    }
+
+    /// The stroke that it is at, or how many there were.
+    pub fn stroke_number(&self) -> usize {
+        self.next
+    }
+
     /// From the middle of the urethra to a place, across.
     fn outwards(&self, place: Vec3) -> Vec3 {
         let nearest = self.lumen.middles.iter().map(|middle| middle.as_vec3());

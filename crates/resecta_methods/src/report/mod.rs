@@ -20,6 +20,7 @@ use std::{
 pub use cuts::{Cuts, write_cuts, write_cuts_of};
 use precision::precision;
 pub use summary::{Advice, Measured, Summary};
+pub use tables::{plain, table};
 
 use crate::{
     aims::{self as own, Aimed, Watched},

@@ -1,0 +1,176 @@
+//! A stroke made by the hands of a player, and the chip that it cuts out.
+
+use std::sync::Arc;
+
+use bevy::prelude::*;
+use resecta_instrument::{InstrumentSource, InstrumentState, LoopPose, Resectoscope};
+use resecta_scenario::{Library, headless, metrics::StepObservation};
+use resecta_tissue::{Chip, Tissue, TissueChip, TissueDiagnostics, TissueResected};
+
+use super::{
+    catalogue::StandardStroke,
+    measure::{self, Trough},
+    page::StrokesError,
+    surface::TissueSurface,
+};
+use crate::players;
+
+/// The exercise whose settings all strokes share: dry, and with nothing that ends a run early.
+const EXERCISE: &str = "first_cuts";
+/// Steps after the last current until the trough is looked at: the loop comes in, and tissue that it dragged comes back; chips are made by
+/// then.
+const RESTING_STEPS: usize = 30;
+/// How far the loop is out when the tissue is looked at as it was before: it is not lowered yet, mm.
+const OUT_MM: f32 = 1.0;
+/// No set of strokes takes as many steps.
+const MOST_STEPS: usize = 60 * 60;
+
+/// What a stroke left.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Stroked {
+    /// The gland's name among the shipped cases.
+    pub case: String,
+    /// What held the lumen open, cmH2O.
+    pub pressure_cmh2o: f64,
+    /// The stroke's name.
+    pub stroke: &'static str,
+    /// Whether nothing was cut before it.
+    pub is_first: bool,
+    /// Its trough, in the frame that the surgeon sees.
+    pub trough: Trough,
+    /// Its chip.
+    pub chip: ChipSize,
+    /// Most pentahedra inside out in a step, those strokes before it included.
+    pub most_inverted: usize,
+    /// How deep tissue lay in the sheath at most, mm, those strokes before it included.
+    pub overlap_mm: f32,
+}
+
+/// A chip and what it left out. Volumes at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct ChipSize {
+    /// What the gland lost by the stroke, mm³.
+    pub missing_mm3: f64,
+    /// What of that tore off, mm³.
+    pub torn_mm3: f64,
+    /// The largest chip of it, mm³.
+    pub chip_mm3: f64,
+    /// Its mass, g.
+    pub mass_g: f64,
+    /// Its length along the stroke, mm.
+    pub length_mm: f64,
+    /// Its width across, mm.
+    pub width_mm: f64,
+    /// Chips of the stroke, crumbs included.
+    pub chips: usize,
+}
+
+impl ChipSize {
+    /// Takes in the chips of a stroke.
+    fn take(&mut self, chips: &[Arc<Chip>], density_g_per_mm3: f64, middle: LoopPose) {
+        self.chips = chips.len();
+        let Some(largest) = (chips.iter()).max_by(|a, b| a.rest_volume_mm3.total_cmp(&b.rest_volume_mm3)) else {
+            return;
+        };
+        let extent = |axis: Vec3| {
+            let along = largest.vertices.iter().map(|vertex| vertex.dot(axis));
+            let (low, high) = along.fold((f32::MAX, f32::MIN), |(low, high), x| (low.min(x), high.max(x)));
+            f64::from(high - low).max(0.0)
+        };
+        self.chip_mm3 = largest.rest_volume_mm3;
+        self.mass_g = largest.rest_volume_mm3 * density_g_per_mm3;
+        self.length_mm = extent(middle.travel);
+        self.width_mm = extent(middle.travel.cross(middle.down));
+    }
+}
+
+/// Makes a standard stroke on a gland that the library ships, the lumen held open by a pressure; none where the loop met no tissue.
+///
+/// # Errors
+///
+/// [`StrokesError`] when the exercise or the case cannot be loaded.
+pub fn stroke(
+    library: &Library,
+    case: &str,
+    standard: &StandardStroke,
+    pressure_cmh2o: f64,
+) -> Result<Option<Stroked>, StrokesError> {
+    let mut loaded = library.load(EXERCISE)?.on_case(case, library.load_case(case)?);
+    loaded.exercise.models.water_pressure_cmh2o = Some(pressure_cmh2o);
+    loaded.exercise.goals.clear();
+    let prepared = loaded.prepare()?;
+    let density = prepared.material.density_g_per_mm3;
+    let mut app = headless::app(None);
+    app.add_plugins(players::PlayersPlugin);
+    headless::finish_plugins(&mut app);
+    app.update();
+    let active = headless::start(&mut app, prepared, InstrumentSource::Requests);
+    players::seat_for_strokes(app.world_mut(), standard.strokes.clone());
+
+    let mut resected = app.world().resource::<Messages<TissueResected>>().get_cursor();
+    let mut chipped = app.world().resource::<Messages<TissueChip>>().get_cursor();
+    let mut before = None;
+    let (mut path, mut chips, mut chip) = (Vec::new(), Vec::new(), ChipSize::default());
+    let (mut most_inverted, mut overlap_mm) = (0, 0.0_f32);
+    let mut steps_after = 0;
+    for _ in 0..MOST_STEPS {
+        app.update();
+        let world = app.world();
+        let number = players::stroke_number(world);
+        let Some((state, scope)) =
+            (world.get::<InstrumentState>(active.instrument)).zip(world.get::<Resectoscope>(active.instrument))
+        else {
+            break;
+        };
+        let is_last = number + 1 == standard.strokes.len();
+        let cuts_last = is_last && state.cut && world.resource::<StepObservation>().loop_in_tissue;
+        if is_last && before.is_none() && state.stroke_mm > OUT_MM {
+            before = world.get::<Tissue>(active.tissue).and_then(TissueSurface::of);
+        }
+        if cuts_last {
+            path.push(scope.loop_pose(state));
+        }
+        // Chips of the stroke before come some steps after its end.
+        let is_measured = !path.is_empty();
+        for message in resected.read(world.resource()).filter(|_| is_measured) {
+            chip.missing_mm3 += message.volume_mm3;
+            chip.torn_mm3 += if message.tool.is_none() {
+                message.volume_mm3
+            } else {
+                0.0
+            };
+        }
+        chips.extend(
+            chipped
+                .read(world.resource())
+                .filter(|_| is_measured)
+                .map(|told| told.chip.clone()),
+        );
+        let diagnostics = world.resource::<TissueDiagnostics>();
+        most_inverted = most_inverted.max(diagnostics.inverted);
+        overlap_mm = overlap_mm.max(diagnostics.overlap.deepest_mm);
+        steps_after += usize::from(number >= standard.strokes.len());
+        if steps_after == RESTING_STEPS {
+            break;
+        }
+    }
+    let world = app.world();
+    let surface = world.get::<Tissue>(active.tissue).and_then(TissueSurface::of);
+    let (Some(before), Some(surface), Some(&middle)) = (before, surface, path.get(path.len() / 2)) else {
+        return Ok(None);
+    };
+    chip.take(&chips, density, middle);
+    let scope = world.get::<Resectoscope>(active.instrument);
+    let geometry = scope.map(|scope| scope.geometry).unwrap_or_default();
+    let size_mm = [geometry.loop_width_mm, geometry.loop_depth_mm];
+    Ok(Some(Stroked {
+        case: case.into(),
+        pressure_cmh2o,
+        stroke: standard.name,
+        is_first: standard.is_first,
+        trough: measure::trough(&before, &surface, &path, size_mm),
+        chip,
+        most_inverted,
+        overlap_mm,
+    }))
+}

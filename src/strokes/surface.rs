@@ -1,0 +1,108 @@
+//! The surface of a tissue as it lies now, with rays at it.
+
+use bevy::math::Vec3;
+use parry3d::{
+    query::{Ray, RayCast},
+    shape::TriMesh,
+};
+use resecta_tissue::Tissue;
+
+/// What a ray meets next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crossing {
+    /// How far along the ray, mm.
+    pub at_mm: f32,
+    /// Whether the ray goes into the tissue there, or out of it.
+    pub enters: bool,
+}
+
+/// A closed surface, outward by the right-hand rule. Lengths mm.
+pub struct TissueSurface {
+    mesh: TriMesh,
+}
+
+impl TissueSurface {
+    /// That of a tissue that is cut finer than its elements; none of another one, and of one of which nothing is left.
+    pub fn of(tissue: &Tissue) -> Option<Self> {
+        let field = tissue.field()?;
+        let solver = tissue.solver();
+        let nodes: Vec<_> = (0..solver.node_count() as u32)
+            .map(|node| solver.position(node))
+            .collect();
+        let mut vertices = Vec::new();
+        field.move_vertices(&nodes, &mut vertices).ok()?;
+        Self::new(vertices, field.surface().triangles().collect())
+    }
+
+    /// One of these vertices and triangles.
+    pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Option<Self> {
+        let mesh = TriMesh::new(vertices, triangles).ok()?;
+        Some(Self { mesh })
+    }
+
+    /// Corners of every triangle.
+    pub fn triangles(&self) -> impl Iterator<Item = [Vec3; 3]> + '_ {
+        let vertices = self.mesh.vertices();
+        (self.mesh.indices().iter()).map(|corners| corners.map(|corner| vertices[corner as usize]))
+    }
+
+    /// Whether a place lies in the tissue: a ray from there that meets the surface leaves it.
+    pub fn contains(&self, place: Vec3) -> bool {
+        let beyond = self.mesh.local_aabb().extents().length();
+        let first = self.crossings(place, Vec3::new(0.36, 0.48, 0.8), beyond);
+        first.first().is_some_and(|crossing| !crossing.enters)
+    }
+
+    /// What a ray of some length crosses, the nearest first.
+    pub fn crossings(&self, from: Vec3, direction: Vec3, length_mm: f32) -> Vec<Crossing> {
+        /// Further than a triangle that was met, mm, so that it is not met again.
+        const BEYOND_MM: f32 = 1e-3;
+        let mut crossings = Vec::new();
+        let mut begun = 0.0;
+        while begun < length_mm {
+            let ray = Ray::new(from + direction * begun, direction);
+            let Some(hit) = self.mesh.cast_local_ray_and_get_normal(&ray, length_mm - begun, false) else {
+                break;
+            };
+            let at_mm = begun + hit.time_of_impact;
+            // parry turns the normal of a triangle that is met from behind, and tells by the feature that it did.
+            let is_behind = matches!(hit.feature, parry3d::shape::FeatureId::Face(face)
+                if face as usize >= self.mesh.num_triangles());
+            crossings.push(Crossing {
+                at_mm,
+                enters: !is_behind,
+            });
+            begun = at_mm + BEYOND_MM;
+        }
+        crossings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A box from the origin to (4, 4, 1).
+    fn slab() -> TissueSurface {
+        let (vertices, triangles) = parry3d::shape::Cuboid::new(Vec3::new(2.0, 2.0, 0.5)).to_trimesh();
+        let vertices = vertices.into_iter().map(|v| v + Vec3::new(2.0, 2.0, 0.5)).collect();
+        TissueSurface::new(vertices, triangles).expect("a box is a surface")
+    }
+
+    #[test]
+    fn a_ray_enters_and_leaves_a_slab_its_thickness_apart() {
+        let crossings = slab().crossings(Vec3::new(1.3, 2.1, -3.0), Vec3::Z, 10.0);
+        assert_eq!(crossings.len(), 2);
+        assert!(crossings[0].enters && !crossings[1].enters);
+        assert!((crossings[1].at_mm - crossings[0].at_mm - 1.0).abs() < 1e-4);
+        assert_eq!(slab().crossings(Vec3::new(1.3, 2.1, -3.0), Vec3::Z, 2.0), []);
+    }
+
+    #[test]
+    fn a_ray_from_within_leaves_only() {
+        let crossings = slab().crossings(Vec3::new(1.3, 2.1, 0.4), Vec3::Z, 10.0);
+        assert_eq!(crossings.len(), 1);
+        assert!(!crossings[0].enters && (crossings[0].at_mm - 0.6).abs() < 1e-4);
+        assert!(slab().contains(Vec3::new(1.3, 2.1, 0.4)) && !slab().contains(Vec3::new(1.3, 2.1, 1.4)));
+    }
+}
