@@ -3,9 +3,12 @@
 //! Nodes stand in the order of VTK's wedge: 0, 1, 2 are one triangle, 3, 4, 5 the other with node `n + 3` opposite node
 //! `n`, and the right-hand normal of (0, 1, 2) points away from (3, 4, 5).
 //!
-//! The three lateral faces are quadrilaterals, flat in no deformed tissue. Every reader cuts them by the same rule: the
-//! diagonal through the face's smallest node index. Two pentahedra that share a face then agree on it, so volumes add up
-//! to the volume that the surface encloses, and no crack opens between them.
+//! The three lateral faces are quadrilaterals, flat in no deformed tissue. A volume is measured with bilinear faces, alike from either side:
+//! volumes of neighbours add up, and no face is cut one way or the other. Cut along one diagonal, a pentahedron that is sheared around an
+//! instrument had twice its volume, along the other less than none.
+//!
+//! Where a surface needs triangles, every reader cuts the faces by the same rule, along the diagonal through the face's smallest node
+//! index, so that no crack opens between two pentahedra that share one.
 
 use glam::DVec3;
 
@@ -39,38 +42,47 @@ pub fn boundary(nodes: &[u32; 6]) -> [[u32; 3]; 8] {
     triangles
 }
 
-/// Signed volume in the cube of the positions' unit; negative when inverted.
+/// Signed volume in the cube of the positions' unit, with bilinear lateral faces; negative when inverted.
 ///
-/// `position` gives the place of a node by its index. Exact for the polyhedron that [`boundary`] encloses (divergence
-/// theorem, taken from the first node to keep rounding small).
+/// `position` gives the place of a node by its index. Each lateral face counts as the mean of its two cuts into triangles, which a bilinear
+/// face encloses exactly (divergence theorem, taken from the first node to keep rounding small). With `p_i = x_i - x_0`:
+/// `12 V = p5 · (p4 × (2 p3 - p1 - p2) + p2 × (p1 - p3)) + p4 · (p1 × (p3 - p2))`.
 pub fn volume(nodes: &[u32; 6], position: impl Fn(u32) -> DVec3) -> f64 {
+    let [_, p1, p2, p3, p4, p5] = from_first(nodes, position);
+    let of_last = p4.cross(2.0 * p3 - p1 - p2) + p2.cross(p1 - p3);
+    (p5.dot(of_last) + p4.dot(p1.cross(p3 - p2))) / 12.0
+}
+
+/// Signed volume of the polyhedron that [`boundary`] encloses: of neighbours they add up to what the triangles of their surface enclose.
+pub fn volume_within_boundary(nodes: &[u32; 6], position: impl Fn(u32) -> DVec3) -> f64 {
     let origin = position(nodes[0]);
-    let six_volumes: f64 = boundary(nodes)
-        .iter()
-        .filter(|triangle| !triangle.contains(&nodes[0]))
-        .map(|triangle| {
-            let [a, b, c] = triangle.map(|node| position(node) - origin);
-            a.dot(b.cross(c))
-        })
-        .sum();
-    six_volumes / 6.0
+    let six_volumes = boundary(nodes).map(|triangle| {
+        let [a, b, c] = triangle.map(|node| position(node) - origin);
+        a.dot(b.cross(c))
+    });
+    six_volumes.iter().sum::<f64>() / 6.0
 }
 
 /// Change of [`volume`] with the place of each corner: the force with which a unit of pressure inside pushes it.
 ///
 /// The six have no resultant and no moment.
 pub fn gradients(nodes: &[u32; 6], position: impl Fn(u32) -> DVec3) -> [DVec3; 6] {
-    let origin = position(nodes[0]);
-    let mut gradients = [DVec3::ZERO; 6];
-    for triangle in boundary(nodes) {
-        let [a, b, c] = triangle.map(|node| position(node) - origin);
-        for (node, product) in triangle.into_iter().zip([b.cross(c), c.cross(a), a.cross(b)]) {
-            if let Some(corner) = nodes.iter().position(|&of| of == node) {
-                gradients[corner] += product / 6.0;
-            }
-        }
-    }
-    gradients
+    let [_, p1, p2, p3, p4, p5] = from_first(nodes, position);
+    let others = [
+        p4.cross(p5 + p2 - p3) + p5.cross(p2),
+        p1.cross(p4 + p5) + p5.cross(p3 - p4),
+        p4.cross(p1 - 2.0 * p5) + p2.cross(p5),
+        p5.cross(p1 + p2 - 2.0 * p3) + p1.cross(p3 - p2),
+        p4.cross(2.0 * p3 - p1 - p2) + p2.cross(p1 - p3),
+    ]
+    .map(|twelve| twelve / 12.0);
+    let [g1, g2, g3, g4, g5] = others;
+    [-others.iter().sum::<DVec3>(), g1, g2, g3, g4, g5]
+}
+
+fn from_first(nodes: &[u32; 6], position: impl Fn(u32) -> DVec3) -> [DVec3; 6] {
+    let places = nodes.map(position);
+    places.map(|place| place - places[0])
 }
 
 /// Mean of the six corners.
@@ -128,6 +140,28 @@ mod tests {
             let moment: DVec3 = (0..6).map(|n| bent(n).cross(gradients[n])).sum();
             assert!(force.length() < 1e-15 && moment.length() < 1e-14, "{force}, {moment}");
         }
+    }
+
+    #[test]
+    fn a_volume_is_the_mean_of_those_of_both_cuts_of_its_faces() {
+        let bent = |n: usize| PRISM[n] + DVec3::new((n as f64).sin(), (2.0 * n as f64).cos(), 0.3 * n as f64) * 0.2;
+        let of = |triangles: &[[usize; 3]]| {
+            let six = triangles.iter().map(|corners| {
+                let [a, b, c] = corners.map(bent);
+                a.dot(b.cross(c))
+            });
+            six.sum::<f64>() / 6.0
+        };
+        let cut = |first: usize| {
+            let halves = QUADS.iter().flat_map(move |quad| {
+                let corner = |n: usize| quad[(first + n) % 4];
+                [[corner(0), corner(1), corner(2)], [corner(0), corner(2), corner(3)]]
+            });
+            of(&TRIANGLES.into_iter().chain(halves).collect::<Vec<_>>())
+        };
+        let whole = volume(&[0, 1, 2, 3, 4, 5], |node| bent(node as usize));
+        assert!((cut(0) - cut(1)).abs() > 1e-3, "no face is flat");
+        assert!((whole - 0.5 * (cut(0) + cut(1))).abs() < 1e-14, "{whole}");
     }
 
     #[test]

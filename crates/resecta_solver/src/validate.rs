@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use resecta_anatomy::wedge;
+
 use crate::tissue::Tissue;
 
 /// The first thing found inconsistent.
@@ -228,7 +230,11 @@ impl Tissue {
             })
             .sum();
         let living = || self.living_pentahedron_indices();
-        let pentahedra_mm3: f64 = living().map(|pentahedron| self.volume_of(pentahedron)).sum();
+        // With faces cut as those of the surface are.
+        let within = |pentahedron| {
+            wedge::volume_within_boundary(&self.pentahedron_nodes(pentahedron), |node| self.position64(node))
+        };
+        let pentahedra_mm3: f64 = living().map(within).sum();
         let tolerance = 1e-9 * self.rest_volume_mm3;
         if (enclosed_mm3 - pentahedra_mm3).abs() > tolerance.max(1e-6 * pentahedra_mm3.abs()) {
             return Err(Inconsistency::WrongVolume {

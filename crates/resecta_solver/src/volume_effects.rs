@@ -2,28 +2,27 @@
 //!
 //! # One formula
 //!
-//! V is the volume of `resecta_anatomy::wedge`, whose faces are cut by node index. Numbered anew so that the corner with
-//! the smallest index comes first, two faces are cut from there, and the third along 1-5 or 2-4. A pentahedron with the
-//! latter is taken as its mirror image: corners 1 and 2, 4 and 5 changed, volumes negative. So with `p_i = x_i - x_0`
-//! always
+//! V is the volume of `resecta_anatomy::wedge`. With `p_i = x_i - x_0`
 //!
 //! ```text
-//! 6 V = p5 · (p1 × (p4 - p2) + p4 × p3)
+//! 12 V = p5 · g5 + p4 · h,    h = p1 × (p3 - p2)
+//! g1 = p4 × (p5 + p2 - p3) + p5 × p2         g4 = p5 × (p1 + p2 - 2 p3) + h
+//! g2 = p1 × (p4 + p5) + p5 × (p3 - p4)       g5 = p4 × (2 p3 - p1 - p2) + p2 × (p1 - p3)
+//! g3 = p4 × (p1 - 2 p5) + p2 × p5            g0 = -(g1 + g2 + g3 + g4 + g5)
 //! ```
 //!
-//! and every gradient is a sum of the products a = p1 × p5, b = p2 × p5, c = p3 × p5, d = p4 × p5 and
-//! g = p1 × (p4 - p2) + p4 × p3, in which all cancel: the six forces have no resultant and no moment.
+//! where g_i is twelve times the gradient at corner i. The six forces have no resultant and no moment.
 //!
 //! # Stiffness
 //!
 //! For the bound of `bound.rs`: with corner gradients g_i, `(Σ g_i · u_i)² <= (Σ |g_i|²) (Σ (g_i · u_i)² / |g_i|²)`, so
 //! the first part of the second derivative holds corner i with no more than `p' V0⁻¹ Σ |g|²` along g_i; on lattices
 //! closer than with other weights (1 or |g_i|). The second part, p d²V/dx², couples corners i and j by a cross product with
-//! a sixth of the edge s_ij that lies opposite, and so holds corner i with no more than `|p| Σ_j |s_ij| / 6` in any
-//! direction.
+//! a twelfth of a vector s_ij, and so holds corner i with no more than `|p| Σ_j |s_ij| / 12` in any direction. With j and k the other corners
+//! of the triangle of i, and i' the one opposite i: s_ij is the sum of the ways from k to i' and j', s_ii' that of the edges jk and j'k', and
+//! s_ij' the diagonal from j to i'.
 
 use fearless_simd::{Simd, f32x8, prelude::*};
-use resecta_anatomy::wedge;
 
 use crate::pressure::{SQUEEZED, STIFFENING};
 use crate::sites::Lanes;
@@ -33,9 +32,9 @@ use crate::widest::fused;
 /// Up to eight pentahedra, a lane each.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Bundle {
-    /// A sixth of K, Pa; negative for a mirror image, 0 for one that has been removed and where there is none.
+    /// A twelfth of K, Pa; 0 for one that has been removed and where there is none.
     pub stiffness: Lanes,
-    /// One over six times the rest volume, 1/mm³; negative for a mirror image.
+    /// One over twelve times the rest volume, 1/mm³.
     pub per_volume: Lanes,
 }
 
@@ -53,28 +52,29 @@ pub(crate) struct Forces;
 /// Half of the tensor that bounds how a corner is held, µN/mm: xx, yy, zz, then yz, xz, xy.
 pub(crate) struct Tensors;
 
-/// The products that six times the volumes and their gradients are made of: see the top of the file.
-struct Products<S: Simd> {
-    a: Registers<S>,
-    b: Registers<S>,
-    c: Registers<S>,
-    d: Registers<S>,
-    g: Registers<S>,
-    six_volumes: f32x8<S>,
+/// Twelve times the volumes, and twelve times their gradients: see the top of the file.
+struct Twelvefold<S: Simd> {
+    volumes: f32x8<S>,
+    gradients: [Registers<S>; 6],
 }
 
-impl<S: Simd> Products<S> {
+impl<S: Simd> Twelvefold<S> {
     #[inline(always)]
-    fn of([x0, x1, x2, x3, x4, x5]: [Registers<S>; 6]) -> Products<S> {
-        let (p1, p2, p3, p4, p5) = (x1 - x0, x2 - x0, x3 - x0, x4 - x0, x5 - x0);
-        let g = p1.cross_plus(x4 - x2, p4.cross(p3));
-        Products {
-            a: p1.cross(p5),
-            b: p2.cross(p5),
-            c: p3.cross(p5),
-            d: p4.cross(p5),
-            six_volumes: fused(p5.x, g.x, fused(p5.y, g.y, p5.z * g.z)),
-            g,
+    fn of(simd: S, [x0, x1, x2, x3, x4, x5]: [Registers<S>; 6]) -> Twelvefold<S> {
+        let [p1, p2, p4, p5] = [x1 - x0, x2 - x0, x4 - x0, x5 - x0];
+        let h = p1.cross(x3 - x2);
+        // 2 p3 - p1 - p2.
+        let across = (x3 - x1) + (x3 - x2);
+        let g1 = p4.cross_plus(p5 + (x2 - x3), p5.cross(p2));
+        let g2 = p1.cross_plus(p4 + p5, p5.cross(x3 - x4));
+        let g3 = p4.cross_plus((x1 - x5) - p5, p2.cross(p5));
+        let g4 = h - p5.cross(across);
+        let g5 = p4.cross_plus(across, p2.cross(x1 - x3));
+        let g0 = Registers::zero(simd) - (((g1 + g2) + (g3 + g4)) + g5);
+        let of_h = fused(p4.x, h.x, fused(p4.y, h.y, p4.z * h.z));
+        Twelvefold {
+            volumes: fused(p5.x, g5.x, fused(p5.y, g5.y, fused(p5.z, g5.z, of_h))),
+            gradients: [g0, g1, g2, g3, g4, g5],
         }
     }
 }
@@ -108,45 +108,31 @@ fn slope<S: Simd>(simd: S, ratio: f32x8<S>) -> f32x8<S> {
 impl Effect<1> for Forces {
     #[inline(always)]
     fn on<S: Simd>(simd: S, bundle: &Bundle, corners: [Registers<S>; 6]) -> [[Registers<S>; 6]; 1] {
-        let Products {
-            a,
-            b,
-            c,
-            d,
-            g,
-            six_volumes,
-        } = Products::of(corners);
+        let Twelvefold { volumes, gradients } = Twelvefold::of(simd, corners);
         let one = f32x8::splat(simd, 1.0);
-        let ratio = six_volumes * load(simd, &bundle.per_volume);
+        let ratio = volumes * load(simd, &bundle.per_volume);
         let over_stiffness = (one - ratio) / ratio.abs().max(one) + barrier(simd, ratio);
         let pressure = load(simd, &bundle.stiffness) * over_stiffness;
-        let (a, b, c, d, g) = (
-            a.times(pressure),
-            b.times(pressure),
-            c.times(pressure),
-            d.times(pressure),
-            g.times(pressure),
-        );
-        [[(b - c) - g, d - b, a, Registers::zero(simd) - d, c - a, g]]
+        let [g0, g1, g2, g3, g4, g5] = gradients;
+        [[
+            g0.times(pressure),
+            g1.times(pressure),
+            g2.times(pressure),
+            g3.times(pressure),
+            g4.times(pressure),
+            g5.times(pressure),
+        ]]
     }
 }
 
 impl Effect<2> for Tensors {
     #[inline(always)]
     fn on<S: Simd>(simd: S, bundle: &Bundle, corners: [Registers<S>; 6]) -> [[Registers<S>; 6]; 2] {
-        let Products {
-            a,
-            b,
-            c,
-            d,
-            g,
-            six_volumes,
-        } = Products::of(corners);
-        let gradients = [(b - c) - g, d - b, a, d, c - a, g];
+        let Twelvefold { volumes, gradients } = Twelvefold::of(simd, corners);
         let (half, one) = (f32x8::splat(simd, 0.5), f32x8::splat(simd, 1.0));
         let tiny = f32x8::splat(simd, f32::MIN_POSITIVE);
         let (stiffness, per_volume) = (load(simd, &bundle.stiffness), load(simd, &bundle.per_volume));
-        let ratio = six_volumes * per_volume;
+        let ratio = volumes * per_volume;
         let grown = one / ratio.abs().max(one);
         let pressure = (half * stiffness * ((one - ratio) * grown + barrier(simd, ratio))).abs();
 
@@ -159,19 +145,22 @@ impl Effect<2> for Tensors {
         }
         let along = half * (stiffness * per_volume) * (grown * grown + slope(simd, ratio)) * sum;
 
-        let [x0, x1, x2, x3, x4, x5] = corners;
-        let length = |from: Registers<S>, to: Registers<S>| (to - from).length_squared().sqrt();
-        let (e01, e04, e05) = (length(x0, x1), length(x0, x4), length(x0, x5));
-        let (e13, e15, e23) = (length(x1, x3), length(x1, x5), length(x2, x3));
-        let (e24, e45) = (length(x2, x4), length(x4, x5));
-        let opposite = [
-            e24 + e15 + e45 + e13 + e23,
-            (e05 + e05) + (e24 + e24),
-            e05 + e01 + e15,
-            e05 + e04 + e45,
-            (e05 + e05) + (e13 + e13),
-            e24 + e01 + e04 + e13 + e23,
-        ];
+        let length = |way: Registers<S>| way.length_squared().sqrt();
+        let way = |from: usize, to: usize| corners[to] - corners[from];
+        let mut opposite = [f32x8::splat(simd, 0.0); 6];
+        let mut join = |one: usize, other: usize, couples: f32x8<S>| {
+            opposite[one] += couples;
+            opposite[other] += couples;
+        };
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let (above_i, above_j, above_k) = (i + 3, j + 3, k + 3);
+            join(i, j, length(way(k, above_i) + way(k, above_j)));
+            join(above_i, above_j, length(way(above_k, i) + way(above_k, j)));
+            join(i, above_i, length(way(j, k) + way(above_j, above_k)));
+            join(i, above_j, length(way(j, above_i)));
+            join(j, above_i, length(way(i, above_j)));
+        }
 
         let zero = Registers::zero(simd);
         let (mut diagonal, mut across) = ([zero; 6], [zero; 6]);
@@ -194,8 +183,8 @@ impl Effect<2> for Tensors {
     }
 }
 
-/// The corners in the order of the formula, and whether that is the mirror image.
-pub(crate) fn numbered_anew(nodes: &[u32; 6]) -> ([u32; 6], bool) {
+/// The corners turned so that the one with the smallest index comes first: pentahedra of a lattice are then numbered alike.
+pub(crate) fn numbered_anew(nodes: &[u32; 6]) -> [u32; 6] {
     let smallest = (0..6).min_by_key(|&corner| nodes[corner]).unwrap_or(0);
     // The six ways to turn a pentahedron, by the corner that comes first.
     const TURNS: [[usize; 6]; 6] = [
@@ -206,12 +195,5 @@ pub(crate) fn numbered_anew(nodes: &[u32; 6]) -> ([u32; 6], bool) {
         [4, 3, 5, 1, 0, 2],
         [5, 4, 3, 2, 1, 0],
     ];
-    let turned = TURNS[smallest].map(|corner| nodes[corner]);
-    let [x0, x1, x2, x3, x4, x5] = turned;
-    let [[start, _, end], _] = wedge::split_quad([x1, x4, x5, x2]);
-    if [start, end] == [x1, x5] || [start, end] == [x5, x1] {
-        (turned, false)
-    } else {
-        ([x0, x2, x1, x3, x5, x4], true)
-    }
+    TURNS[smallest].map(|corner| nodes[corner])
 }

@@ -24,14 +24,13 @@ pub(crate) struct Volumes {
 impl Volumes {
     /// One term a pentahedron, with bulk stiffness `stiffness_pa`. Rest volumes in mm³.
     pub fn new(sites: Sites, pentahedra: &[[u32; 6]], rest_volumes: &[f64], stiffness_pa: f64) -> Volumes {
-        let (corners, mirrored): (Vec<_>, Vec<bool>) = pentahedra.iter().map(numbered_anew).unzip();
+        let corners: Vec<_> = pentahedra.iter().map(numbered_anew).collect();
         let (layout, slot) = VolumeLayout::of(sites, &corners);
         let mut bundles = vec![Bundle::default(); layout.bundle_count()];
-        for ((&slot, mirrored), rest_volume) in slot.iter().zip(mirrored).zip(rest_volumes) {
-            let sign = if mirrored { -1.0 } else { 1.0 };
+        for (&slot, rest_volume) in slot.iter().zip(rest_volumes) {
             let (bundle, lane) = (&mut bundles[slot as usize / LANES], slot as usize % LANES);
-            bundle.stiffness.0[lane] = (sign * stiffness_pa / 6.0) as f32;
-            bundle.per_volume.0[lane] = (sign / (6.0 * rest_volume)) as f32;
+            bundle.stiffness.0[lane] = (stiffness_pa / 12.0) as f32;
+            bundle.per_volume.0[lane] = (1.0 / (12.0 * rest_volume)) as f32;
         }
         Volumes {
             stiffness_pa,

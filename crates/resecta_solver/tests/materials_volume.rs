@@ -189,12 +189,13 @@ fn cubes_have_the_modulus_and_the_ratio_that_are_asked_for() {
 
 #[test]
 fn cells_that_are_no_cubes_miss_as_much_as_their_springs() {
-    // As worked out, likewise.
+    // As worked out, likewise, with lateral faces cut along one diagonal; but flat cells squeezed and indented, as measured with bilinear
+    // ones: cut, they missed 75.8, 74.2 and 82.8 %.
     for (cell, expected) in [
         ([2.0, 3.0, 2.0], [-20.2, -1.4, -15.1, -8.1, -20.2, -12.8, -18.7]),
         ([2.0, 2.0, 4.0], [118.2, -23.5, 106.1, 87.2, 118.2, 55.6, 117.7]),
         ([2.0, 6.0, 2.0], [-35.0, -5.1, -26.6, -21.1, -35.0, -25.9, -33.0]),
-        ([6.0, 2.0, 6.0], [80.6, 19.5, 75.8, 74.2, 80.6, 111.3, 82.8]),
+        ([6.0, 2.0, 6.0], [80.6, 19.5, 74.9, 73.5, 80.6, 111.3, 82.3]),
     ] {
         let (errors, _) = row(cell, 0.45);
         for ((found, expected), of) in errors.into_iter().zip(expected).zip(LOADINGS) {
