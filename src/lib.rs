@@ -33,6 +33,7 @@
 //!
 //! Not validated for training.
 
+pub mod budget;
 pub mod export;
 pub mod game;
 pub mod key_pictures;

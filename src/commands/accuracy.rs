@@ -1,16 +1,17 @@
-//! `resecta accuracy`: speed against error of integrators, how exactly tissue is cut, and what strokes leave, in tables and charts.
+//! `resecta accuracy`: speed against error of integrators, how exactly tissue is cut, what strokes leave, and what each part of the model errs
+//! by, in tables and charts.
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use resecta::{assets, scenario::Library, strokes::write_strokes};
+use resecta::{assets, budget, scenario::Library, strokes::write_strokes};
 use resecta_methods::{Progress, write_cuts, write_report};
 
 use super::Failure;
 
-/// Measure speed against error of many integrators in many kinds of scenes, cuts against exact solids, and what strokes leave; write
-/// tables and charts (some minutes)
+/// Measure speed against error of many integrators in many kinds of scenes, cuts against exact solids, what strokes leave, and the error of
+/// each part of the model in scenes of an operation; write tables and charts (half an hour)
 #[derive(Args)]
 pub struct Accuracy {
     /// Folder to write to; what is in it under the same names is replaced
@@ -29,6 +30,8 @@ enum Part {
     Cuts,
     /// Twelve standard strokes on three glands (some minutes)
     Strokes,
+    /// The error budget: each part of the model in scenes of an operation (some 20 minutes)
+    Budget,
 }
 
 impl Accuracy {
@@ -85,6 +88,16 @@ impl Accuracy {
                 "{} strokes: {}",
                 strokes.len(),
                 self.out.join("strokes.md").display()
+            ));
+        }
+        if self.measures(Part::Budget) {
+            let library = Library::new(assets::find()?);
+            let budget = budget::write_budget(&self.out, &library, progress)?;
+            done.push(format!(
+                "{} runs of {} scenes: {}",
+                budget.runs().count(),
+                budget.scenes.len(),
+                self.out.join("budget.md").display()
             ));
         }
         Ok(done)

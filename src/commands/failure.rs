@@ -7,6 +7,7 @@ use resecta::{
     anatomy::{CaseError, CaseRuleError, LatticeError, generate::GenerateError, import::ImportError},
     annotate::{AnnotateError, ModelError, StackError, TrainError, TrainingFolderError},
     assets::AssetsMissing,
+    budget::BudgetError,
     game::GameError,
     instrument::{RecordingError, ScriptError},
     rates::RateError,
@@ -95,6 +96,8 @@ pub enum Failure {
     SpringScene(#[from] SpringSceneError),
     #[error(transparent)]
     Accuracy(#[from] resecta_methods::ReportError),
+    #[error(transparent)]
+    Budget(#[from] BudgetError),
     #[error("{}: {problem}", scene.display())]
     Solve { scene: PathBuf, problem: String },
     #[error("{faults} faults in {bad} of {files} files")]

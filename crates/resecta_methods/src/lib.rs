@@ -38,6 +38,6 @@ pub mod stiffness;
 pub mod system;
 
 pub use report::{
-    Advice, Cuts, Measured, Progress, ReportError, Summary, plain, table, write_cuts, write_cuts_of, write_report,
-    write_report_of,
+    Advice, Chart, Cuts, Measured, Progress, ReportError, Series, Summary, plain, processor, table, write_cuts,
+    write_cuts_of, write_report, write_report_of,
 };

@@ -17,7 +17,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
+pub use chart::{Chart, Series};
 pub use cuts::{Cuts, write_cuts, write_cuts_of};
+pub use machine::processor;
 use precision::precision;
 pub use summary::{Advice, Measured, Summary};
 pub use tables::{plain, table};
