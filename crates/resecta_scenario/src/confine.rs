@@ -1,12 +1,14 @@
 //! What holds the organ holds the sheath: hands cannot lever it out of the capsule.
 //!
 //! How tissue gives way around the sheath is the solver's. The pelvis around the organ gives way to no hand: the axis of the
-//! sheath stays within where the capsule lay at rest. Hands that push on are told, as at the ends of the instrument's way.
+//! sheath stays within where the capsule lay at rest, moved along as far as the organ as a whole has given way. Hands that push on are
+//! told, as at the ends of the instrument's way.
 
 use bevy::prelude::*;
 use resecta_instrument::{
     InstrumentField, InstrumentRequest, InstrumentSource, InstrumentState, InstrumentStopped, Resectoscope, StoppedBy,
 };
+use resecta_tissue::Tissue;
 
 use crate::{active::ActiveExercise, walls::Walls};
 
@@ -34,7 +36,8 @@ const AXIS: [InstrumentField; 3] = [InstrumentField::Insertion, InstrumentField:
 
 /// The least room of the axis within the organ, mm; infinite for one that is not there yet. It is looked at in the same places however
 /// deep the sheath is, up to the first past its tip: one that is drawn back has no less.
-fn room_mm(walls: &Walls, scope: &Resectoscope, state: &InstrumentState) -> f64 {
+/// `moved`: how far the organ as a whole has moved at a place, mm.
+fn room_mm(walls: &Walls, moved: impl Fn(Vec3) -> Vec3, scope: &Resectoscope, state: &InstrumentState) -> f64 {
     let at_pivot = scope.sheath_pose(&InstrumentState {
         insertion_mm: 0.0,
         ..*state
@@ -42,7 +45,7 @@ fn room_mm(walls: &Walls, scope: &Resectoscope, state: &InstrumentState) -> f64 
     let points = (state.insertion_mm.max(0.0) / APART_MM).ceil() as u32;
     (0..=points)
         .map(|point| at_pivot * (Vec3::NEG_Z * APART_MM * point as f32))
-        .filter_map(|point| walls.room_mm(point.as_dvec3()))
+        .filter_map(|point| walls.room_mm((point - moved(point)).as_dvec3()))
         .fold(f64::INFINITY, f64::min)
 }
 
@@ -72,6 +75,7 @@ fn hold(
 /// Holds the hands on the exercise's instrument.
 pub(crate) fn hold_hands(
     active: Res<ActiveExercise>,
+    tissues: Query<&Tissue>,
     time: Res<Time>,
     mut instruments: Query<(
         &Resectoscope,
@@ -84,7 +88,10 @@ pub(crate) fn hold_hands(
     let Ok((scope, InstrumentSource::Live, state, mut request)) = instruments.get_mut(active.instrument) else {
         return;
     };
-    let (kept, held) = hold(|state| room_mm(&active.walls, scope, state), state, &request.0);
+    let solver = tissues.get(active.tissue).ok().map(Tissue::solver);
+    let moved = |place: Vec3| solver.map_or(Vec3::ZERO, |solver| solver.bed_moves(place));
+    let room = |state: &InstrumentState| room_mm(&active.walls, moved, scope, state);
+    let (kept, held) = hold(room, state, &request.0);
     let step_s = time.delta_secs();
     stopped.write_batch(held.iter().map(|&field| {
         let past = request.0.get(field) - state.get(field);
@@ -132,7 +139,7 @@ mod tests {
         let PreparedExercise {
             walls, resectoscope, ..
         } = prepared();
-        let room = |state: &InstrumentState| room_mm(&walls, &resectoscope, state);
+        let room = |state: &InstrumentState| room_mm(&walls, |_| Vec3::ZERO, &resectoscope, state);
         proptest!(ProptestConfig::with_cases(2000), |(state in pose(), request in pose())| {
             let (kept, held) = hold(room, &state, &request);
             prop_assert!(room(&kept) >= ROOM_MM.min(room(&state)));
@@ -154,7 +161,7 @@ mod tests {
         let PreparedExercise {
             walls, resectoscope, ..
         } = prepared();
-        let room = |state: &InstrumentState| room_mm(&walls, &resectoscope, state);
+        let room = |state: &InstrumentState| room_mm(&walls, |_| Vec3::ZERO, &resectoscope, state);
         let mut state = InstrumentState {
             pitch_deg: -20.0,
             ..default()

@@ -50,6 +50,7 @@
 mod active;
 mod admit;
 mod advice;
+mod anchor;
 pub mod assets;
 mod begun;
 mod chips;

@@ -11,7 +11,7 @@ use resecta_tissue::{CutDetail, Tissue};
 use serde::Serialize;
 
 use crate::{
-    admit,
+    admit, anchor,
     chips::{self, PreparedChips},
     errors::{ExerciseError, RuleError},
     exercise::{InstrumentSetup, Marked},
@@ -147,6 +147,15 @@ impl LoadedExercise {
             source,
         })?;
         tissue.set_effort(Effort::FAST);
+        tissue
+            .set_mobility(Some(anchor::mobility(&self.case)))
+            .map_err(|refused| {
+                broken(RuleError::new(
+                    "landmarks.external_sphincter",
+                    refused,
+                    "a place near the gland",
+                ))
+            })?;
         let mut gland = Tissue::new(tissue);
         let gone_mm3 = match &self.exercise.begun {
             Some(begun) => begun

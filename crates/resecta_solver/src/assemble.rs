@@ -138,6 +138,7 @@ impl Tissue {
             surface,
             collapse: Collapse::new(sites),
             water: None,
+            frame: None,
             modulus_pa: spring_modulus_pa,
             pre_tension: 0.0,
             mean_length,

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::mobility::Frame;
 use crate::pressure::energy_over_stiffness;
 use crate::tissue::Tissue;
 
@@ -46,9 +47,11 @@ impl Tissue {
         for node in (0..self.node_count() as u32).filter(|&node| self.is_node_alive(node)) {
             let moved = self.position64(node) - self.rest_position(node).as_dvec3();
             energy.kinetic += 0.5 * f64::from(self.inertia_g(node)) * self.velocity(node).as_dvec3().length_squared();
-            energy.support += 0.5 * f64::from(self.nodes.support.at(node)) * moved.length_squared();
+            let from_bed = moved - self.bed_moves(self.rest_position(node)).as_dvec3();
+            energy.support += 0.5 * f64::from(self.nodes.support.at(node)) * from_bed.length_squared();
             energy.balance -= self.nodes.balance.at(node).as_dvec3().dot(moved);
         }
+        energy.support += self.frame.as_ref().map_or(0.0, Frame::energy);
         energy
     }
 

@@ -8,6 +8,7 @@
 //! | how a spring's force is computed | `springs.rs`, laid out in `sites.rs` and `runs.rs` |
 //! | how pentahedra hold their volume | `pressure.rs`, computed in `volumes.rs` and `volume_effects.rs` |
 //! | how water presses on the surface | `pressed.rs` |
+//! | what holds the organ, and how it gives way as a whole | `bed.rs`, `mobility.rs` |
 //! | a scene of nodes and springs alone | `network.rs` |
 //! | how a step is made | `motion.rs` |
 //! | how long it may be | `bound.rs`, `held.rs` |
@@ -37,6 +38,7 @@ mod machine;
 mod marks;
 mod material;
 mod mesh;
+mod mobility;
 mod motion;
 mod network;
 mod pairs;
@@ -75,6 +77,7 @@ pub use follow::Followed;
 pub use machine::{Machine, Measured, NodeKick, Stretch};
 pub use material::{Material, ShearResistance};
 pub use mesh::{MeshError, Share, TissueMesh};
+pub use mobility::Mobility;
 pub use motion::{StepError, StepReport};
 pub use network::{Network, NetworkError};
 pub use quarantine::PutAside;

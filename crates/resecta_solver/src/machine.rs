@@ -203,10 +203,8 @@ impl Tissue {
     pub(crate) fn load_in_effect(&self, node: u32) -> Vec3 {
         // In the order of `begin`.
         let load = self.nodes.load.at(node) + self.nodes.balance.at(node) + self.collapse.current().at(node);
-        match &self.water {
-            Some(water) => load + water.forces.at(node),
-            None => load,
-        }
+        let of_surroundings = self.forces_of_surroundings();
+        of_surroundings.fold(load, |load, forces| load + forces.at(node))
     }
 
     /// The least damping rate of a node that moves, 1/s; infinite where none does.

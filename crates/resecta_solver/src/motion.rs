@@ -235,6 +235,7 @@ impl Tissue {
         self.motion_version += 1;
         self.collapse.approach(plan.duration_s());
         self.press();
+        self.yield_bed(plan.duration_s());
         self.scratch.start.copy_from(&self.motion);
         let mut substeps_repeated = 0;
         let is_sound = loop {
@@ -327,12 +328,11 @@ impl Tissue {
                 }
             }
         }
-        if let Some(water) = &self.water {
-            let (sums, forces) = (
-                scratch.external.values.as_flattened_mut(),
-                water.forces.values.as_flattened(),
-            );
-            for (sum, force) in sums.iter_mut().zip(forces) {
+        let of_water = self.water.as_ref().map(|water| &water.forces);
+        let of_frame = self.frame.as_ref().map(|frame| &frame.forces);
+        for forces in of_water.into_iter().chain(of_frame) {
+            let sums = scratch.external.values.as_flattened_mut().iter_mut();
+            for (sum, force) in sums.zip(forces.values.as_flattened()) {
                 for n in 0..LANES {
                     sum.0[n] += force.0[n];
                 }

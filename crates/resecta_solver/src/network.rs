@@ -264,6 +264,7 @@ impl Tissue {
             surface: Surface::new(&[]).expect("no pentahedra share no face"),
             collapse: Collapse::new(sites),
             water: None,
+            frame: None,
             modulus_pa: 0.0,
             pre_tension: 0.0,
             mean_length: rest_length.iter().sum::<f32>() / spring_count.max(1) as f32,

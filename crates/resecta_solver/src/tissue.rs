@@ -22,6 +22,7 @@ use resecta_anatomy::{Zone, wedge};
 
 use crate::bound::{Usual, Weighing};
 use crate::collapse::Collapse;
+use crate::mobility::Frame;
 use crate::motion::Scratch;
 use crate::pressed::Water;
 use crate::ranges::{FURTHEST_MM, HEAVIEST_G, MOST_DAMPED, STIFFEST};
@@ -157,6 +158,8 @@ pub struct Tissue {
     pub(crate) surface: Surface,
     pub(crate) collapse: Collapse,
     pub(crate) water: Option<Water>,
+    /// What its bed rests on, where that gives way.
+    pub(crate) frame: Option<Frame>,
     /// Pa; what shares of volume are multiplied by to give stiffness: the modulus of the springs alone.
     pub(crate) modulus_pa: f64,
     /// Strain of the springs in the rest shape.
