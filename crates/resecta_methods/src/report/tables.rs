@@ -14,7 +14,7 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// A number between 0.01 and 10,000 in plain digits, others as [`number`].
+/// A number between 0.01 and 10,000 in plain digits, others as `1.23e-4`.
 pub fn plain(value: f64) -> String {
     match value.abs() {
         size if !(0.01..10_000.0).contains(&size) => number(value),
