@@ -1,8 +1,8 @@
 //! What holds the organ holds the sheath: hands cannot lever it out of the capsule.
 //!
 //! How tissue gives way around the sheath is the solver's. The pelvis around the organ gives way to no hand: the axis of the
-//! sheath stays within where the capsule lay at rest, moved along as far as the organ as a whole has given way. Hands that push on are
-//! told, as at the ends of the instrument's way.
+//! sheath stays within where the capsule lay at rest, moved along as far as the organ as a whole has given way. Hands that push on get
+//! the same message as at the limits of the instrument's motion.
 
 use bevy::prelude::*;
 use resecta_instrument::{

@@ -137,12 +137,12 @@ fn turning(r: DVec3) -> DMat3 {
 }
 
 impl Tissue {
-    /// How the organ as a whole gives way; none where its bed stands fast.
+    /// The mobility that was set; `None` if the bed is fixed in space.
     pub fn mobility(&self) -> Option<Mobility> {
         self.frame.as_ref().map(|frame| frame.mobility)
     }
 
-    /// Lets the organ as a whole give way, or makes its bed stand fast. Without mobility it costs nothing.
+    /// Sets how the organ as a whole moves; `None` fixes its bed in space, which costs nothing.
     ///
     /// # Errors
     ///

@@ -116,11 +116,12 @@ fn squeeze_over_bulk(poisson_ratio: Option<f64>, cubes: u32) -> f64 {
 
 #[test]
 fn water_all_around_squeezes_by_the_bulk_modulus() {
-    for (poisson_ratio, cubes) in [(None, 4), (Some(0.45), 4), (Some(0.45), 8)] {
+    // A known fault: water presses on lateral faces cut into triangles, while a volume is measured with bilinear ones. Without a volume term
+    // 1.2 % are missed for it. To be mended by pressing on both cuts alike.
+    for (poisson_ratio, cubes, within) in [(None, 4, 0.015), (Some(0.45), 4, 0.01), (Some(0.45), 8, 0.01)] {
         let squeeze = squeeze_over_bulk(poisson_ratio, cubes);
         println!("Poisson's ratio {poisson_ratio:?}, {cubes} cubes: {squeeze:.4} of what the bulk modulus says");
-        // Water presses on triangles, a volume is measured with bilinear faces: what bends between the cubes' corners is missed.
-        assert!((squeeze - 1.0).abs() < 0.015, "{poisson_ratio:?}, {cubes}: {squeeze}");
+        assert!((squeeze - 1.0).abs() < within, "{poisson_ratio:?}, {cubes}: {squeeze}");
     }
 }
 
