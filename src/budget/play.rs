@@ -180,21 +180,15 @@ fn shot(world: &World, (region, counts): (Region, bool), looks_at_contact: bool)
 
 /// All of the surface, and what of it is visible: the capsule is seen from outside only.
 fn surfaces(tissue: &Tissue) -> Option<[Surface; 2]> {
-    let (field, solver) = (tissue.field()?, tissue.solver());
-    let nodes: Vec<Vec3> = (0..solver.node_count() as u32)
-        .map(|node| solver.position(node))
-        .collect();
-    let mut places = Vec::new();
-    field.move_vertices(&nodes, &mut places).ok()?;
-    let (surface, kinds) = (field.surface(), field.surface().kinds());
+    let all = Surface::of(tissue)?;
+    let kinds = tissue.field()?.surface().kinds();
     let is_capsule = |corner: &u32| kinds[*corner as usize] == SurfaceKind::Capsule;
-    let triangles: Vec<[u32; 3]> = surface.triangles().collect();
-    let visible = triangles.iter().filter(|triangle| !triangle.iter().all(is_capsule));
+    let visible = all.triangles.iter().filter(|triangle| !triangle.iter().all(is_capsule));
     let visible = Surface {
         triangles: visible.copied().collect(),
-        places: places.clone(),
+        places: all.places.clone(),
     };
-    Some([Surface { places, triangles }, visible])
+    Some([all, visible])
 }
 
 /// A run under way.

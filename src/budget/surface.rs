@@ -5,6 +5,7 @@
 
 use bevy::prelude::*;
 use parry3d::{query::PointQuery, shape::TriMesh};
+use resecta_tissue::Tissue;
 use serde::Serialize;
 
 /// Points on a surface are no further apart than this, mm.
@@ -47,6 +48,18 @@ pub fn distance_to_segment(place: Vec3, [from, to]: [Vec3; 2]) -> f32 {
 }
 
 impl Surface {
+    /// All of the surface of a tissue that is cut finer than its elements, where it lies now; `None` of another tissue.
+    pub fn of(tissue: &Tissue) -> Option<Surface> {
+        let (field, solver) = (tissue.field()?, tissue.solver());
+        let nodes: Vec<Vec3> = (0..solver.node_count() as u32)
+            .map(|node| solver.position(node))
+            .collect();
+        let mut places = Vec::new();
+        field.move_vertices(&nodes, &mut places).ok()?;
+        let triangles = field.surface().triangles().collect();
+        Some(Surface { places, triangles })
+    }
+
     /// Points of the surface that lie in a region, with the area that each stands for, mm².
     pub fn points(&self, region: &Region) -> Vec<(Vec3, f32)> {
         let mut points = Vec::new();
@@ -170,7 +183,7 @@ impl Distances {
 mod tests {
     use super::*;
 
-    /// A flat square of that size at a height, in so many squares along an edge.
+    /// A flat square of a size (mm) at a height (mm), divided into `parts` squares along each edge.
     fn plane(size: f32, height: f32, parts: u32) -> Surface {
         let at = |n: u32| size * (n as f32 / parts as f32 - 0.5);
         let corner = |i: u32, j: u32| i * (parts + 1) + j;

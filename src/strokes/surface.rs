@@ -7,6 +7,8 @@ use parry3d::{
 };
 use resecta_tissue::Tissue;
 
+use crate::budget::Surface;
+
 /// What a ray meets next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
@@ -24,14 +26,8 @@ pub struct TissueSurface {
 impl TissueSurface {
     /// That of a tissue that is cut finer than its elements; none of another one, and of one of which nothing is left.
     pub fn of(tissue: &Tissue) -> Option<Self> {
-        let field = tissue.field()?;
-        let solver = tissue.solver();
-        let nodes: Vec<_> = (0..solver.node_count() as u32)
-            .map(|node| solver.position(node))
-            .collect();
-        let mut vertices = Vec::new();
-        field.move_vertices(&nodes, &mut vertices).ok()?;
-        Self::new(vertices, field.surface().triangles().collect())
+        let Surface { places, triangles } = Surface::of(tissue)?;
+        Self::new(places, triangles)
     }
 
     /// One of these vertices and triangles.
