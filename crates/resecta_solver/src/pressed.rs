@@ -1,8 +1,9 @@
 //! The pressure of water on the surface.
 //!
 //! Water of pressure p presses on the surface with `p n dA` against the outward normal n: a third of `-p (b - a) × (c - a) / 2` on each
-//! corner of a triangle a, b, c. It reaches all of the surface but what the bed holds, so a cut lets it into what it opens. p counts from
-//! what surrounds the organ.
+//! corner of a triangle a, b, c. A lateral face of a pentahedron is bilinear, as where volumes are measured, so half of the pressure acts on
+//! the triangles of either cut. It reaches all of the surface but what the bed holds, so a cut lets it into what it opens. p counts from what
+//! surrounds the organ.
 //!
 //! A cut finer than the pentahedra (`Tissue::thin`) leaves a surface inside of them. There the force is that of the gradient of what they
 //! hold: a face between two that hold the shares f and g of their volume has `p (f - g) n dA`. Where nothing is cut into, that is the same;
@@ -126,11 +127,70 @@ impl Tissue {
                 if share == 0.0 {
                     continue;
                 }
-                let triangles = triangles.into_iter().flatten();
-                let reached = triangles.filter(|triangle| other.is_some() || !triangle.iter().all(is_held));
+                let (triangles, share) = match triangles {
+                    [Some([a, b, c]), Some([_, _, d])] => {
+                        (vec![[a, b, c], [a, c, d], [b, c, d], [b, d, a]], 0.5 * share)
+                    }
+                    triangles => (triangles.into_iter().flatten().collect(), share),
+                };
+                let reached = triangles
+                    .into_iter()
+                    .filter(|triangle| other.is_some() || !triangle.iter().all(is_held));
                 wetted.extend(reached.map(|triangle| (triangle, share as f32)));
             }
         }
         wetted
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Material, TissueMesh};
+    use glam::DVec3;
+    use resecta_anatomy::wedge;
+
+    /// Two cubes of four pentahedra, no face of which is flat.
+    fn bent() -> Tissue {
+        let place = |n: u32| DVec3::new((n % 3).into(), (n / 3 % 2).into(), (n / 6).into()) * 2.0;
+        let cube = |x: u32| {
+            let c = |dx: u32, dy: u32, dz: u32| 6 * dz + 3 * dy + x + dx;
+            [
+                [c(0, 0, 0), c(1, 1, 0), c(1, 0, 0), c(0, 0, 1), c(1, 1, 1), c(1, 0, 1)],
+                [c(0, 0, 0), c(0, 1, 0), c(1, 1, 0), c(0, 0, 1), c(0, 1, 1), c(1, 1, 1)],
+            ]
+        };
+        let mesh = TissueMesh::from_pentahedra((0..12).map(place).collect(), (0..2).flat_map(cube).collect());
+        let mut tissue = Tissue::new(&mesh, &Material::default()).expect("two cubes are a tissue");
+        for node in 0..12 {
+            let wild = |times: f32| (times * (node + 1) as f32).sin() * 0.3;
+            let place = tissue.position(node) + Vec3::new(wild(7.0), wild(11.0), wild(13.0));
+            tissue.set_position(node, place).expect("a finite place");
+        }
+        tissue
+    }
+
+    #[test]
+    fn water_does_work_on_the_volume_that_is_measured() {
+        let mut tissue = bent();
+        tissue.set_water_pressure_pa(100.0).expect("a pressure in its range");
+        tissue.press();
+        let mut expected = [DVec3::ZERO; 12];
+        for pentahedron in 0..4 {
+            let nodes = &tissue.pentahedra.nodes[pentahedron];
+            let gradients = wedge::gradients(nodes, |node| tissue.position64(node));
+            for (&node, gradient) in nodes.iter().zip(gradients) {
+                // Pa times mm² is µN.
+                expected[node as usize] -= 100.0 * gradient;
+            }
+        }
+        let water = tissue.water.as_ref().expect("it was let in");
+        for (node, expected) in (0..).zip(expected) {
+            let force = water.forces.at(node).as_dvec3();
+            assert!(
+                force.distance(expected) < 1e-3,
+                "node {node}: {force} µN for {expected}"
+            );
+        }
     }
 }
