@@ -1,17 +1,21 @@
 //! Who rests, who wakes, and who is held when more chips move than there is time for.
 //!
-//! Rapier lets a heap sleep and wake as one. When more than [`most`](crate::ChipSettings::most) chips move, those that have
-//! hardly moved for a while lie fast: they are as good as asleep, but no neighbour wakes them. Only where that is not enough
-//! the oldest are held where they are, and told. What is held goes again when there is room, the youngest first. What lies
-//! fast goes again when something moves it and others lie still, or when all that do not lie fast are fewer than `most`, moving
-//! or not: so nobody is stopped and let go by turns.
+//! Rapier lets a heap sleep and wake as one, so that a chip that falls onto one wakes all of it: in an operation a hundred chips lay
+//! still and cost as much as if they moved. So a chip in the bladder that has hardly moved for a while lies fast: it is as good as asleep,
+//! but no neighbour wakes it. It goes again when a stream, the sheath or a chip that moves comes to it, or a chip beside it leaves.
+//!
+//! When more than [`most`](crate::ChipSettings::most) chips move, those that hardly move lie fast wherever they are. Only where that is not
+//! enough the oldest are held where they are, and told. What is held goes again when there is room, the youngest first. What lies
+//! fast goes again when something moves it and others lie still: so nobody is stopped and let go by turns.
 
 use bevy::math::Vec3;
+use parry3d::query;
 
 use crate::{
     body::Body,
     pool::{Happened, HeldReason, Pool, Surroundings},
     walls::Sheath,
+    world::World,
 };
 
 /// A stream moves a chip that rests if its drag is this share of the chip's weight in water.
@@ -25,8 +29,11 @@ const WAKE_MM_PER_S: f32 = 12.0;
 impl Pool {
     /// Wakes what the stream or the sheath would move, and lets go what there is room for.
     pub(crate) fn wake(&mut self, surroundings: &Surroundings) {
+        let movers: Vec<&Body> = (self.bodies.iter())
+            .filter(|body| body.speed() > WAKE_MM_PER_S)
+            .collect();
         let disturbed: Vec<bool> = (self.bodies.iter())
-            .map(|body| !body.moves() && body.held.is_none() && self.is_disturbed(body, surroundings))
+            .map(|body| !body.moves() && body.held.is_none() && self.is_disturbed(body, surroundings, &movers))
             .collect();
         for (body, &disturbed) in self.bodies.iter().zip(&disturbed) {
             if disturbed && !body.fast {
@@ -46,7 +53,7 @@ impl Pool {
                 _ if !body.fast => false,
                 Some(HeldReason::Motion) => false,
                 Some(HeldReason::TooMany) => room > 0,
-                None => loose < most || disturbed && room + still > 0,
+                None => disturbed && room + still > 0 || loose < most && !self.cavity.is_past_tissue(body.place()),
             };
             if !goes {
                 continue;
@@ -62,8 +69,8 @@ impl Pool {
         }
     }
 
-    /// Whether the stream moves a chip that rests, or, if it lies fast, the sheath or another chip.
-    fn is_disturbed(&self, body: &Body, surroundings: &Surroundings) -> bool {
+    /// Whether the stream moves a chip that rests, or, if it lies fast, the sheath or one of the chips that move.
+    fn is_disturbed(&self, body: &Body, surroundings: &Surroundings, movers: &[&Body]) -> bool {
         let flow = &surroundings.flow;
         let speed = flow.at(body.place(), &self.cavity.channel).length();
         let drag = self.water.resistance(&body.float, speed) * speed;
@@ -73,17 +80,29 @@ impl Pool {
             return true;
         }
         let by_sheath = |sheath: &Sheath| sheath.gap(body.place()) < body.core + NEXT_MM;
-        let by_chip = |other: &Body| {
-            let near = body.reach + other.reach + NEXT_MM;
-            other.speed() > WAKE_MM_PER_S && other.place().distance_squared(body.place()) < near * near
-        };
-        body.fast && (surroundings.sheath.as_ref().is_some_and(by_sheath) || self.bodies.iter().any(by_chip))
+        let by_chip = |other: &&Body| is_beside(body, other);
+        body.fast && (surroundings.sheath.as_ref().is_some_and(by_sheath) || movers.iter().any(by_chip))
     }
 
-    /// Lets the stillest of too many lie fast, and holds the oldest where that is not enough.
+    /// Lets go what lies fast beside a chip that has left.
+    pub(crate) fn let_go_beside(&mut self, gone: &Body) {
+        for body in self.bodies.iter_mut().filter(|body| body.fast && body.held.is_none()) {
+            if is_beside(body, gone) {
+                self.world.fasten(body.handle, false);
+                (body.fast, body.asleep, body.still_s) = (false, false, 0.0);
+            }
+        }
+    }
+
+    /// Lets lie fast what hardly moves in the bladder, and of too many what hardly moves elsewhere; holds the oldest where that is not enough.
     pub(crate) fn keep_to_most(&mut self, happened: &mut Happened) {
         let most = self.settings.most as usize;
         let mut moving = self.bodies.iter().filter(|body| body.moves()).count();
+        let past_tissue = |body: &Body| is_still(body) && self.cavity.is_past_tissue(body.place());
+        for body in self.bodies.iter_mut().filter(|body| past_tissue(body)) {
+            lie_fast(body, &mut self.world);
+            moving -= 1;
+        }
         for hold in [false, true] {
             for body in self.bodies.iter_mut() {
                 if moving <= most {
@@ -92,17 +111,30 @@ impl Pool {
                 if !body.moves() || !(hold || is_still(body)) {
                     continue;
                 }
-                self.world.fasten(body.handle, true);
-                (body.velocity, body.turn, body.lent) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
-                (body.fast, body.asleep, body.still_s) = (true, !hold, 0.0);
+                lie_fast(body, &mut self.world);
                 if hold {
-                    body.held = Some(HeldReason::TooMany);
+                    (body.asleep, body.held) = (false, Some(HeldReason::TooMany));
                     happened.held.push((body.id, HeldReason::TooMany));
                 }
                 moving -= 1;
             }
         }
     }
+}
+
+/// Whether the hulls of two chips all but touch.
+fn is_beside(one: &Body, other: &Body) -> bool {
+    let reach = one.reach + other.reach + NEXT_MM;
+    let is_near = one.place().distance_squared(other.place()) < reach * reach;
+    // Hulls that rapier cannot tell a distance of may touch.
+    let gap_mm = || query::distance(&one.pose, &*one.hull, &other.pose, &*other.hull).unwrap_or(0.0);
+    is_near && gap_mm() < NEXT_MM
+}
+
+fn lie_fast(body: &mut Body, world: &mut World) {
+    world.fasten(body.handle, true);
+    (body.velocity, body.turn, body.lent) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
+    (body.fast, body.asleep, body.still_s) = (true, true, 0.0);
 }
 
 /// Whether a chip moves, but hardly, and has for a while.

@@ -282,10 +282,12 @@ impl Pool {
         };
         let has_come =
             |body: &Body| is_in(body.place(), body.core + 1.0) || body.corners().any(|corner| is_in(corner, 0.5));
-        for gone in self.bodies.extract_if(.., |body| has_come(body)) {
+        let gone: Vec<Body> = self.bodies.extract_if(.., |body| has_come(body)).collect();
+        for gone in gone {
             self.flushed_g += gone.mass_g;
             happened.flushed.push(gone.id);
             self.world.remove(gone.handle);
+            self.let_go_beside(&gone);
         }
     }
 }

@@ -162,3 +162,26 @@ fn a_heap_larger_than_what_may_move_comes_to_rest_and_is_stirred_without_much_ho
         assert!(held <= 20, "{held} held in 10 s");
     }
 }
+
+#[test]
+fn a_chip_that_falls_on_a_heap_wakes_what_it_meets_and_leaves_the_rest_lying() {
+    let mut pool = heap(60, settings());
+    let moving = |pool: &Pool| pool.bodies().iter().filter(|body| body.moves()).count();
+    assert_eq!(moving(&pool), 0, "it lies");
+    let before: Vec<Vec3> = pool.bodies().iter().map(|body| body.place()).collect();
+    pool.add(&of_heap(0)).expect("a body");
+    let mut most = 0;
+    for _ in 0..240 {
+        pool.step(STEP_S, &still(), |_| None);
+        most = most.max(moving(&pool));
+    }
+    assert!(most <= 30, "{most} of 61 moved at once");
+    assert_eq!(moving(&pool), 0, "all lie again");
+    let fallen = pool.bodies().last().expect("the chip").place();
+    assert!(fallen.y > 10.0, "it lies on the heap: {fallen}");
+    for (body, before) in pool.bodies().iter().zip(before) {
+        // Away from where it fell nothing was moved.
+        let is_far = before.distance(fallen) > 25.0;
+        assert!(!is_far || body.place() == before, "chip {} was at {before}", body.id);
+    }
+}
