@@ -6,7 +6,7 @@
 use bevy::prelude::*;
 
 use crate::{
-    collide::{Axis, Collider, Face, Nearest, reach_mm},
+    collide::{Collider, Face, reach_mm},
     components::Tissue,
     skin::Skin,
 };
@@ -107,12 +107,12 @@ pub(crate) fn probe(
         for ((entity, tissue, collider), known) in tissues.filter(|_| point.is_finite()) {
             let most = reach_mm(point, known.as_ref());
             let probable = before.reach_mm(point).filter(|reach| *reach < most);
-            let mut within = |reach| nearest_within(tissue, collider, point, reach);
+            let Tissue { solver, fine, .. } = &mut **tissue;
+            let mut within = |reach| collider.nearest_face_within(solver, fine.as_mut(), point, reach);
             let nearest = probable.and_then(&mut within).or_else(|| within(most));
             let told = before.tells(point, *entity, nearest.map(|nearest| nearest.inside));
             let is_inside = told.filter(|_| are_known).unwrap_or_else(|| {
                 now.spared = 0;
-                let Tissue { solver, fine, .. } = &mut **tissue;
                 collider.holds(solver, fine.as_mut(), point)
             });
             if is_inside {
@@ -134,14 +134,4 @@ pub(crate) fn probe(
         *before = now;
         probe.set_if_neq(answer);
     }
-}
-
-/// The face of a tissue nearest to a point, if that is within `reach`, mm.
-fn nearest_within(tissue: &mut Tissue, collider: &Collider, point: Vec3, reach: f32) -> Option<Nearest> {
-    let Tissue { solver, fine, .. } = &mut *tissue;
-    if let Some(fine) = fine {
-        let runs = collider.runs_near(std::iter::once((Axis { a: point, b: point }, reach)));
-        fine.bring(solver, collider.chunks_of(&runs));
-    }
-    collider.nearest_face_within(&Skin::of(tissue), point, reach)
 }

@@ -7,10 +7,7 @@ use parry3d::{
 };
 use resecta_solver::Followed;
 
-use super::{
-    patches::{self, Patches, Run},
-    sweep::Axis,
-};
+use super::patches::{self, Patches, Run};
 use crate::skin::{Skin, SkinVersion};
 
 /// How far from a point the nearest face is looked for, mm.
@@ -44,14 +41,6 @@ impl Default for Collider {
             motion: None,
         }
     }
-}
-
-/// A run of triangles that is near something.
-#[derive(Debug, Clone, Copy)]
-pub struct NearRun {
-    patch: u32,
-    /// Its number in its patch.
-    run: u32,
 }
 
 /// Faces whose distances differ by less than this are as near, mm.
@@ -95,9 +84,7 @@ impl Collider {
             self.patches.have_moved(&gone);
         }
         let (mut changed, followed, bvh) = (false, &self.followed, &mut self.bvh);
-        // A vertex is a mean of its nodes: it goes no further than they do.
         self.patches.refresh(
-            skin,
             |node| followed.place(node),
             |patch, bounds| {
                 changed = true;
@@ -120,7 +107,16 @@ impl Collider {
         &self.bvh
     }
 
-    /// A leaf of the hierarchy.
+    /// The leaves of the hierarchy that may meet something, by what is asked of the bounds of a node of it. The bounds of their runs are
+    /// brought up to date.
+    pub(crate) fn leaves(&mut self, skin: &Skin, is_met: impl Fn(Vec3, Vec3) -> bool) -> Vec<u32> {
+        let leaves: Vec<u32> = self.bvh.leaves(|node| is_met(node.mins(), node.maxs())).collect();
+        self.patches
+            .refresh_runs(skin, &leaves, |node| self.followed.place(node));
+        leaves
+    }
+
+    /// A leaf of the hierarchy. The bounds of its runs hold if [`Collider::leaves`] found it since the last update.
     pub fn patch(&self, patch: u32) -> &patches::Patch {
         self.patches.get(patch)
     }
@@ -133,31 +129,13 @@ impl Collider {
         })
     }
 
-    /// The runs of triangles that may come within a range of any of some axes.
-    pub fn runs_near(&self, axes: impl Iterator<Item = (Axis, f32)>) -> Vec<NearRun> {
-        let mut found = Vec::new();
-        let axes: Vec<(Near, f32)> = axes.map(|(axis, range)| (Near::new(&axis), range)).collect();
-        let is_near = |low: Vec3, high: Vec3, more: f32| {
-            let mut axes = axes.iter();
-            axes.any(|(axis, range)| axis.is_near(low, high, range + more))
-        };
-        for number in self.bvh.leaves(|node| is_near(node.mins(), node.maxs(), 0.0)) {
-            let patch = self.patches.get(number);
-            let runs = (0..).zip(&patch.runs);
-            let runs = runs.filter(|(_, run)| is_near(run.bounds.0, run.bounds.1, LOOSENED_MM));
-            found.extend(runs.map(|(run, _)| NearRun { patch: number, run }));
-        }
-        found
-    }
-
-    fn run(&self, near: &NearRun) -> &Run {
-        &self.patches.get(near.patch).runs[near.run as usize]
-    }
-
-    /// The chunks with vertices in some runs, perhaps some of them more than once.
-    pub fn chunks_of(&self, runs: &[NearRun]) -> impl Iterator<Item = u32> {
-        let runs = runs.iter().map(|near| self.run(near));
-        runs.flat_map(|run| run.chunks.iter().map(|part| part.chunk))
+    /// The runs of triangles that may come within `reach` of a point, mm, and how near each may come at most.
+    pub(crate) fn runs_near(&mut self, skin: &Skin, point: Vec3, reach: f32) -> Vec<(f32, &Run)> {
+        let to_box = |low: Vec3, high: Vec3| point.distance(point.clamp(low, high));
+        let leaves = self.leaves(skin, |low, high| to_box(low, high) <= reach);
+        let runs = leaves.iter().flat_map(|&number| &self.patches.get(number).runs);
+        let near = runs.map(|run| (to_box(run.bounds.0, run.bounds.1) - LOOSENED_MM, run));
+        near.filter(|(distance, _)| *distance <= reach).collect()
     }
 }
 
@@ -167,41 +145,6 @@ pub fn faces(run: &Run, skin: &Skin) -> impl Iterator<Item = Face> {
         slot,
         corners: vertices.map(|vertex| skin.place(vertex)),
     })
-}
-
-/// Tells at a glance what is too far from an axis.
-struct Near {
-    axis: Axis,
-    low: Vec3,
-    high: Vec3,
-}
-
-impl Near {
-    fn new(axis: &Axis) -> Self {
-        Self {
-            axis: *axis,
-            low: axis.a.min(axis.b),
-            high: axis.a.max(axis.b),
-        }
-    }
-
-    /// Whether a point of a box may be within `range` of the axis.
-    #[inline(always)]
-    fn is_near(&self, low: Vec3, high: Vec3, range: f32) -> bool {
-        let apart = (low - self.high).max(self.low - high).max_element();
-        apart <= range && share_and_reach(&self.axis, range, low, high).is_some()
-    }
-}
-
-/// Where an axis is nearest to the centre of a box, as a share, and how near the centre must be for a point of the box to be
-/// within `range`; none if it is not.
-#[inline(always)]
-fn share_and_reach(axis: &Axis, range: f32, mins: Vec3, maxs: Vec3) -> Option<(f32, f32)> {
-    let (centre, half) = (0.5 * (mins + maxs), 0.5 * (maxs - mins));
-    // The distance from the axis to the box is at least that to its centre less half its diagonal.
-    let reach = range + half.length();
-    let share = axis.share_nearest(centre);
-    (axis.at(share).distance_squared(centre) <= reach * reach).then_some((share, reach))
 }
 
 #[cfg(test)]
@@ -377,17 +320,18 @@ mod tests {
                 let hit = kept.first_hit(solver, fine.as_mut(), a, b - a);
                 let of_all = first_of_all(&Skin::of(&tissue), &Ray::new(a, b - a));
                 prop_assert_eq!(hit, of_all);
-                let skin = Skin::of(&tissue);
                 let mut known: Option<Nearest> = None;
                 for share in [0.0, 0.3, 0.6, 1.0] {
                     let point = a.lerp(b, share);
-                    let nearest = kept.nearest_face_within(&skin, point, DEPTH_LIMIT_MM);
+                    let Tissue { solver, fine, .. } = &mut tissue;
+                    let mut within = |reach| kept.nearest_face_within(solver, fine.as_mut(), point, reach);
+                    let nearest = within(DEPTH_LIMIT_MM);
                     let sought = nearest.map(|nearest| (nearest.face.slot, nearest.inside));
                     let reach = reach_mm(point, known.as_ref().map(|known| &known.face));
-                    let with_known = kept.nearest_face_within(&skin, point, reach);
+                    let with_known = within(reach);
                     prop_assert_eq!(with_known.map(|nearest| (nearest.face.slot, nearest.inside)), sought);
                     let distance = nearest.map_or(DEPTH_LIMIT_MM, |nearest| nearest.closest.distance());
-                    let least = distance_to_all(&skin, point).min(DEPTH_LIMIT_MM);
+                    let least = distance_to_all(&Skin::of(&tissue), point).min(DEPTH_LIMIT_MM);
                     prop_assert!((distance - least).abs() <= TIE_MM, "{} is not {}", distance, least);
                     known = nearest.or(known);
                 }

@@ -24,8 +24,8 @@ pub(crate) use self::{
     closest::segment_triangle,
     collider::{Collider, Face},
     contacts::Found,
-    nearest::{Nearest, reach_mm},
-    sweep::{Axis, ToolMotion},
+    nearest::reach_mm,
+    sweep::ToolMotion,
 };
 use self::{
     samples::Near,

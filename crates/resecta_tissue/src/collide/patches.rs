@@ -26,8 +26,9 @@ pub struct Patch {
     carriers: Vec<u32>,
     /// The pentahedra that the triangles belong to.
     pentahedra: Vec<u32>,
-    /// Whether the bounds are out of date.
+    /// Whether the bounds are out of date, and those of its runs.
     is_stale: bool,
+    has_stale_runs: bool,
     /// Whether triangles are other ones than when it was last looked at, or its corners may lie elsewhere at rest.
     is_changed: bool,
     has_moved_at_rest: bool,
@@ -345,20 +346,10 @@ impl Patches {
 
     /// Gives the patches whose bounds are out of date others, of where `place` puts the nodes, and calls back with each:
     /// its number and bounds, none where it has no triangle left.
-    pub fn refresh(&mut self, skin: &Skin, place: impl Fn(u32) -> Vec3, told: impl FnMut(u32, Option<(Vec3, Vec3)>)) {
-        with_widest_registers(
-            #[inline(always)]
-            || self.refresh_all(skin, place, told),
-        );
-    }
-
-    #[inline(always)]
-    fn refresh_all(
-        &mut self,
-        skin: &Skin,
-        place: impl Fn(u32) -> Vec3,
-        mut told: impl FnMut(u32, Option<(Vec3, Vec3)>),
-    ) {
+    ///
+    /// A vertex is a mean of the nodes that carry it, so the box around those holds it: they are a few, where vertices are hundreds. What a
+    /// query comes near asks for more ([`Patches::refresh_runs`]).
+    pub fn refresh(&mut self, place: impl Fn(u32) -> Vec3, mut told: impl FnMut(u32, Option<(Vec3, Vec3)>)) {
         self.stale.sort_unstable();
         for number in self.stale.drain(..) {
             let patch = &mut self.all[number as usize];
@@ -368,23 +359,49 @@ impl Patches {
                 told(number, None);
                 continue;
             }
-            let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-            for run in &mut patch.runs {
-                run.bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-                let mut hold = |place: Vec3| {
-                    run.bounds = (run.bounds.0.min(place), run.bounds.1.max(place));
-                };
-                run.nodes.iter().for_each(|&node| hold(place(node)));
-                for part in &run.chunks {
-                    let places = skin.chunk_places(part.chunk, &place).unwrap_or_default();
-                    let used = places.into_iter().enumerate().filter(|(number, _)| part.uses(*number));
-                    used.for_each(|(_, place)| hold(place));
-                }
-                (low, high) = (low.min(run.bounds.0), high.max(run.bounds.1));
-            }
-            told(number, Some((low, high)));
+            patch.has_stale_runs = true;
+            told(number, Some(bounds_of(patch.carriers.iter().map(|&node| place(node)))));
         }
     }
+
+    /// Brings the bounds of the runs of some patches up to date, of where `place` puts the nodes.
+    pub fn refresh_runs(&mut self, skin: &Skin, numbers: &[u32], place: impl Fn(u32) -> Vec3) {
+        with_widest_registers(
+            #[inline(always)]
+            || {
+                for &number in numbers {
+                    let patch = &mut self.all[number as usize];
+                    if std::mem::take(&mut patch.has_stale_runs) {
+                        (patch.runs.iter_mut()).for_each(|run| run.bounds = run.bounds_at(skin, &place));
+                    }
+                }
+            },
+        );
+    }
+}
+
+impl Run {
+    /// The bounds of its corners where `place` puts the nodes.
+    #[inline(always)]
+    fn bounds_at(&self, skin: &Skin, place: impl Fn(u32) -> Vec3) -> (Vec3, Vec3) {
+        let in_chunks = self.chunks.iter().flat_map(
+            #[inline(always)]
+            |part| {
+                let places = skin.chunk_places(part.chunk, &place).unwrap_or_default();
+                let used = places.into_iter().enumerate();
+                used.filter(|(number, _)| part.uses(*number)).map(|(_, place)| place)
+            },
+        );
+        bounds_of(self.nodes.iter().map(|&node| place(node)).chain(in_chunks))
+    }
+}
+
+/// The box around some places, low and high.
+#[inline(always)]
+fn bounds_of(places: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
+    places.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), place| {
+        (low.min(place), high.max(place))
+    })
 }
 
 /// The nodes that carry a corner of some runs, by rising index.

@@ -31,7 +31,7 @@ pub(super) struct Ray {
 
 impl Collider {
     /// Whether a point lies in tissue. Brings what vertices it needs to where the tissue is.
-    pub(crate) fn holds(&self, solver: &resecta_solver::Tissue, fine: Option<&mut Fine>, point: Vec3) -> bool {
+    pub(crate) fn holds(&mut self, solver: &resecta_solver::Tissue, fine: Option<&mut Fine>, point: Vec3) -> bool {
         // A gland is long and cut all over once most of it is out, and most of what asks then floats beyond it.
         let is_within = |(low, high): (Vec3, Vec3)| point.cmpge(low).all() && point.cmple(high).all();
         if !self.bounds().is_some_and(is_within) {
@@ -62,7 +62,7 @@ impl Collider {
     /// How far from a point, in a direction of any length and in units of it, a ray first meets the surface, and 1 where it leaves
     /// the tissue there, -1 where it enters; none if it does not. Brings what vertices it needs to where the tissue is.
     pub(crate) fn first_hit(
-        &self,
+        &mut self,
         solver: &resecta_solver::Tissue,
         fine: Option<&mut Fine>,
         from: Vec3,
@@ -81,13 +81,13 @@ impl Collider {
     /// Calls back for each triangle that a ray meets: how far on, as a share of the direction, and 1 where it leaves the tissue
     /// there, -1 where it enters.
     fn crossings(
-        &self,
+        &mut self,
         solver: &resecta_solver::Tissue,
         mut fine: Option<&mut Fine>,
         ray: &Ray,
         mut met: impl FnMut(f32, i32),
     ) {
-        let runs: Vec<&Run> = self.runs_along(ray).collect();
+        let runs = self.runs_along(&Skin::new(solver, fine.as_deref()), ray);
         if let Some(fine) = &mut fine {
             let chunks = runs.iter().flat_map(|run| &run.chunks);
             fine.bring(solver, chunks.map(|part| part.chunk));
@@ -102,11 +102,12 @@ impl Collider {
         }
     }
 
-    fn runs_along(&self, ray: &Ray) -> impl Iterator<Item = &Run> {
-        let patches = self.bvh().leaves(|node| ray.meets_box(node.mins(), node.maxs()));
-        let runs = patches.flat_map(|patch| &self.patch(patch).runs);
+    fn runs_along(&mut self, skin: &Skin, ray: &Ray) -> Vec<&Run> {
+        let patches = self.leaves(skin, |low, high| ray.meets_box(low, high));
+        let runs = patches.iter().flat_map(|&patch| &self.patch(patch).runs);
         let slack = Vec3::splat(LOOSENED_MM);
-        runs.filter(move |run| ray.meets_box(run.bounds.0 - slack, run.bounds.1 + slack))
+        runs.filter(|run| ray.meets_box(run.bounds.0 - slack, run.bounds.1 + slack))
+            .collect()
     }
 }
 
