@@ -7,6 +7,7 @@
 mod closest;
 mod collider;
 mod contacts;
+mod eights;
 mod make_room;
 mod nearest;
 mod overlap;

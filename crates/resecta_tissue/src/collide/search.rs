@@ -15,8 +15,9 @@ use resecta_solver::{Touch, with_widest_registers};
 
 use super::{
     contacts::{Found, MARGIN_MM},
+    eights::Eight,
     overlap::Overlap,
-    samples::{self, Ball, Near, Sample, SampleId},
+    samples::{self, Near, Sample, SampleId},
     sweep::PartSweep,
 };
 use crate::{fine::Fine, skin::Skin, tool::ToolPartKind};
@@ -129,16 +130,20 @@ impl Search<'_> {
         for (number, of_part) in of_parts.iter_mut().enumerate() {
             self.find_nodes(number, of_part);
         }
-        let mut reached: Vec<usize> = Vec::new();
-        for (pentahedron, ball) in &self.near.pentahedra {
-            reached.clear();
-            reached.extend((0..self.parts.len()).filter(|&number| self.may_touch(number, ball)));
-            if reached.is_empty() {
-                continue;
-            }
-            match self.fine.filter(|fine| fine.field().is_touched(*pentahedron)) {
-                Some(fine) => self.find_vertices(fine, (*pentahedron, ball), &reached, &mut of_parts),
-                None => self.find_points_of_faces((*pentahedron, ball), &reached, &mut of_parts),
+        let (mut near, mut reached): (Vec<u8>, Vec<usize>) = (Vec::new(), Vec::new());
+        for (balls, pentahedra) in self.near.balls.iter().zip(self.near.pentahedra.chunks(CHUNK)) {
+            near.clear();
+            near.extend(self.parts.iter().map(|(_, part)| part.near_of(balls)));
+            for (lane, &(pentahedron, way)) in pentahedra.iter().enumerate() {
+                reached.clear();
+                reached.extend((0..self.parts.len()).filter(|&number| near[number] >> lane & 1 == 1));
+                if reached.is_empty() {
+                    continue;
+                }
+                match self.fine.filter(|fine| fine.field().is_touched(pentahedron)) {
+                    Some(fine) => self.find_vertices(fine, (pentahedron, way), &reached, &mut of_parts),
+                    None => self.find_points_of_faces((pentahedron, way), &reached, &mut of_parts),
+                }
             }
         }
         let mut overlap = Overlap::default();
@@ -161,13 +166,18 @@ impl Search<'_> {
         overlap
     }
 
+    #[inline(always)]
     fn find_nodes(&self, number: usize, of_part: &mut OfPart) {
         let part = &self.parts[number].1;
         let solver = self.skin.solver();
-        for &(node, pentahedron, way) in &self.near.nodes {
-            let place = solver.position(node);
-            let (gap, nearest) = part.gaps(place);
-            if nearest < self.within(part, way) {
+        for (places, nodes) in self.near.places.iter().zip(self.near.nodes.chunks(CHUNK)) {
+            let near = part.near_of(places);
+            for (_, &(node, pentahedron, way)) in (nodes.iter().enumerate()).filter(|(lane, _)| near >> lane & 1 == 1) {
+                let place = solver.position(node);
+                let (gap, nearest) = part.gaps(place);
+                if nearest >= self.within(part, way) {
+                    continue;
+                }
                 if gap < 0.0 {
                     of_part.deepest_mm = of_part.deepest_mm.max(-gap);
                     of_part.inside.extend(solver.pentahedra_around(node));
@@ -182,27 +192,26 @@ impl Search<'_> {
 
     /// Finds vertices of a pentahedron that a cut has reached.
     #[inline(always)]
-    fn find_vertices(
-        &self,
-        fine: &Fine,
-        (pentahedron, ball): (u32, &Ball),
-        reached: &[usize],
-        of_parts: &mut [OfPart],
-    ) {
+    fn find_vertices(&self, fine: &Fine, (pentahedron, way): (u32, f32), reached: &[usize], of_parts: &mut [OfPart]) {
         let (field, solver) = (fine.field(), self.skin.solver());
         reached.iter().for_each(|&number| of_parts[number].candidates.clear());
         for &chunk in field.chunks_of(pentahedron) {
             let Some((places, used)) = field.chunk_lanes(chunk, |node| solver.position(node)) else {
                 continue;
             };
+            let vertices = Eight {
+                places,
+                further: [way; CHUNK],
+            };
             for &number in reached {
                 let part = &self.parts[number].1;
-                let within = self.within(part, ball.way);
-                let near = part.squares_of_eight(&places, part.contact_radius() + within);
-                for n in (0..CHUNK).filter(|&n| used >> n & 1 == 1 && near[n]) {
+                let within = self.within(part, way);
+                let near = part.near_of(&vertices);
+                for n in (0..CHUNK).filter(|&n| (used & near) >> n & 1 == 1) {
+                    let [x, y, z] = vertices.places;
                     let sample = Sample {
                         id: SampleId::Vertex(fine.surface().chunk_start(chunk) + n as u32),
-                        place: Vec3::new(places[0][n], places[1][n], places[2][n]),
+                        place: Vec3::new(x[n], y[n], z[n]),
                         pentahedron,
                         inward: None,
                         weights: [0.0; 3],
@@ -227,14 +236,14 @@ impl Search<'_> {
     }
 
     /// Finds points of the exposed faces of a pentahedron that no cut has reached.
-    fn find_points_of_faces(&self, (pentahedron, ball): (u32, &Ball), reached: &[usize], of_parts: &mut [OfPart]) {
+    fn find_points_of_faces(&self, (pentahedron, way): (u32, f32), reached: &[usize], of_parts: &mut [OfPart]) {
         for &number in reached {
             let (index, part) = &self.parts[number];
             let of_part = &mut of_parts[number];
             of_part.candidates.clear();
             let grid = |slot: u32, least: f32| self.before.grid((self.tool, *index, slot), least);
-            let within = self.within(part, ball.way);
-            samples::of_faces(self.skin, pentahedron, part, grid, |sample| {
+            let within = self.within(part, way);
+            samples::of_faces(self.skin, pentahedron, (*index, part), grid, |sample| {
                 let faces = |inward: Vec3| part.away(sample.place).dot(inward) >= FACES;
                 if sample.inward.is_none_or(faces) {
                     self.consider(number, sample, within, of_part);
@@ -263,13 +272,6 @@ impl Search<'_> {
     /// How near a point comes that becomes a contact, mm, if it goes such a way by itself.
     fn within(&self, part: &PartSweep, way: f32) -> f32 {
         MARGIN_MM + part.motion() + way
-    }
-
-    /// Whether a point of a ball may come that near on the way of a part.
-    fn may_touch(&self, number: usize, ball: &Ball) -> bool {
-        let part = &self.parts[number].1;
-        let (_, nearest) = part.gaps(ball.centre);
-        nearest < self.within(part, ball.way) + ball.radius
     }
 
     /// The candidate of a pentahedron that a thin part pushes furthest, the way that it did before.
@@ -387,8 +389,8 @@ impl PartSweep {
     #[inline(always)]
     pub fn gaps(&self, place: Vec3) -> (f32, f32) {
         let radius = self.contact_radius();
-        let [first, last] =
-            [&self.from, &self.to].map(|axis| axis.at(axis.share_nearest(place)).distance(place) - radius);
+        let first = self.from.at(self.from.share_nearest(place)).distance(place) - radius;
+        let last = self.to.at(self.to.share_nearest(place)).distance(place) - radius;
         (first, first.min(last))
     }
 
@@ -408,32 +410,6 @@ impl PartSweep {
             }
         });
         (first, first.min(last))
-    }
-
-    /// Which of eight places come within a distance of the axis at either end of its way.
-    #[inline(always)]
-    fn squares_of_eight(&self, places: &[[f32; CHUNK]; 3], within: f32) -> [bool; CHUNK] {
-        let mut least = [f32::INFINITY; CHUNK];
-        for axis in [&self.from, &self.to] {
-            let along = axis.b - axis.a;
-            let squared = along.length_squared();
-            let per_squared = if squared > 0.0 { 1.0 / squared } else { 0.0 };
-            for n in 0..CHUNK {
-                let [x, y, z] = [
-                    places[0][n] - axis.a.x,
-                    places[1][n] - axis.a.y,
-                    places[2][n] - axis.a.z,
-                ];
-                let share = ((x * along.x + y * along.y + z * along.z) * per_squared).clamp(0.0, 1.0);
-                let [x, y, z] = [x - along.x * share, y - along.y * share, z - along.z * share];
-                least[n] = least[n].min(x * x + y * y + z * z);
-            }
-        }
-        let mut near = [false; CHUNK];
-        for n in 0..CHUNK {
-            near[n] = least[n] < within * within;
-        }
-        near
     }
 
     /// The unit direction from the axis to a place when the step begins.
