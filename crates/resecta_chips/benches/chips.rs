@@ -17,7 +17,7 @@ fn main() {
     for count in [0usize, 10, 50, 100] {
         let mut pool = heap(count, settings());
         group.bench_function(BenchmarkId::new("resting", count), |bencher| {
-            bencher.iter(|| pool.step(STEP_S, &still(), |_| None));
+            bencher.iter(|| pool.step(STEP_S, &still(), |_| TissueAt::Unknown));
         });
         // Goes on from sample to sample: setting up a heap takes longer than stirring it.
         let mut step = 0u32;
@@ -28,7 +28,9 @@ fn main() {
                     Vec3::new(12.0 * sin, 22.0 + 3.0 * cos, -14.0)
                 };
                 step += 1;
-                pool.step(STEP_S, &scope(tip(step), tip(step + 1), 4.0, 4.0), |_| None)
+                pool.step(STEP_S, &scope(tip(step), tip(step + 1), 4.0, 4.0), |_| {
+                    TissueAt::Unknown
+                })
             });
         });
     }

@@ -50,8 +50,13 @@ pub struct Body {
     pub(crate) fast: bool,
     /// How long it has hardly moved, or lain fast, s.
     pub(crate) still_s: f32,
+    /// Where it came to lie last, and how long a stream leaves it there, s.
+    pub(crate) lay_at: Vec3,
+    pub(crate) patience_s: f32,
     /// Velocity that tissue lent it in this step, mm/s: it is not kept.
     pub(crate) lent: Vec3,
+    /// Distance of its centre from tissue when it last moved, mm; none where that is far.
+    pub(crate) tissue_mm: Option<f32>,
     /// What rapier knows it by.
     pub(crate) handle: RigidBodyHandle,
 }
@@ -97,7 +102,10 @@ impl Body {
             held: None,
             fast: false,
             still_s: 0.0,
+            lay_at: Vec3::INFINITY,
+            patience_s: 0.0,
             lent: Vec3::ZERO,
+            tissue_mm: None,
             handle: RigidBodyHandle::invalid(),
         };
         (moved_mass.recip().is_finite() && inertia.inverse().is_finite()).then_some(body)

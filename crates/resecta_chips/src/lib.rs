@@ -44,7 +44,7 @@ pub use flow::{Channel, Flow, Mouth};
 pub use plugin::{ChipHeld, ChipSystems, Chips, ChipsPlugin, FloatingChip};
 pub use pool::{ChipTotals, Happened, HeldReason, Pool, Surroundings};
 pub use settings::{ChipError, ChipSettings};
-pub use walls::{Cavity, Outline, Sheath, TissueNear};
+pub use walls::{Cavity, Outline, Sheath, TissueAt, TissueNear};
 
 /// What a user types daily.
 pub mod prelude {

@@ -1,12 +1,13 @@
 //! Who rests, who wakes, and who is held when more chips move than there is time for.
 //!
 //! Rapier lets a heap sleep and wake as one, so that a chip that falls onto one wakes all of it: in an operation a hundred chips lay
-//! still and cost as much as if they moved. So a chip in the bladder that has hardly moved for a while lies fast: it is as good as asleep,
-//! but no neighbour wakes it. It goes again when a stream, the sheath or a chip that moves comes to it, or a chip beside it leaves.
+//! still and cost as much as if they moved. So a chip that has hardly moved for a while lies fast: it is as good as asleep, but no neighbour
+//! wakes it. It goes again when a stream, the sheath or a chip that moves comes to it, a chip beside it leaves, or the tissue that it lay
+//! on has moved.
 //!
-//! When more than [`most`](crate::ChipSettings::most) chips move, those that hardly move lie fast wherever they are. Only where that is not
-//! enough the oldest are held where they are, and told. What is held goes again when there is room, the youngest first. What lies
-//! fast goes again when something moves it and others lie still: so nobody is stopped and let go by turns.
+//! When more than [`most`](crate::ChipSettings::most) chips move, the oldest are held where they are, and told. What is held goes again when
+//! there is room, the youngest first. What lies fast goes again when something moves it and others lie still: so nobody is stopped and let
+//! go by turns.
 
 use bevy::math::Vec3;
 use parry3d::query;
@@ -14,26 +15,33 @@ use parry3d::query;
 use crate::{
     body::Body,
     pool::{Happened, HeldReason, Pool, Surroundings},
-    walls::Sheath,
+    walls::{Sheath, TissueAt},
     world::World,
 };
 
 /// A stream moves a chip that rests if its drag is this share of the chip's weight in water.
 const WAKE_SHARE: f32 = 0.3;
-/// How long a chip has hardly moved before it lies fast, and lies fast before a stream moves it, s.
+/// How long a chip has hardly moved before it lies fast, and lies fast before a stream moves it, s. One that a stream has moved by less than
+/// that, mm, is jammed: the stream leaves it twice as long each time, up to the longest.
 const REST_S: f32 = 0.5;
+const JAMMED_MM: f32 = 0.5;
+const LONGEST_S: f32 = 8.0;
+/// A chip that lies fast goes again if its distance from tissue has changed by this, mm.
+const TISSUE_MOVED_MM: f32 = 0.3;
 /// What moves a chip that lies fast: what comes nearer than this, mm, and is faster than that, mm/s.
 const NEXT_MM: f32 = 1.0;
 const WAKE_MM_PER_S: f32 = 12.0;
 
 impl Pool {
     /// Wakes what the stream or the sheath would move, and lets go what there is room for.
-    pub(crate) fn wake(&mut self, surroundings: &Surroundings) {
+    pub(crate) fn wake(&mut self, surroundings: &Surroundings, tissue: impl Fn(usize) -> TissueAt) {
         let movers: Vec<&Body> = (self.bodies.iter())
             .filter(|body| body.speed() > WAKE_MM_PER_S)
             .collect();
-        let disturbed: Vec<bool> = (self.bodies.iter())
-            .map(|body| !body.moves() && body.held.is_none() && self.is_disturbed(body, surroundings, &movers))
+        let is_disturbed =
+            |(index, body)| self.is_disturbed(body, surroundings, &movers) || has_moved(body, tissue(index));
+        let disturbed: Vec<bool> = (self.bodies.iter().enumerate())
+            .map(|(index, body)| !body.moves() && body.held.is_none() && is_disturbed((index, body)))
             .collect();
         for (body, &disturbed) in self.bodies.iter().zip(&disturbed) {
             if disturbed && !body.fast {
@@ -45,7 +53,6 @@ impl Pool {
         }
 
         let most = self.settings.most as usize;
-        let mut loose = self.bodies.iter().filter(|body| !body.fast).count();
         let mut room = most.saturating_sub(self.bodies.iter().filter(|body| body.moves()).count());
         let mut still = self.bodies.iter().filter(|body| is_still(body)).count();
         for (body, disturbed) in self.bodies.iter_mut().zip(disturbed).rev() {
@@ -53,7 +60,7 @@ impl Pool {
                 _ if !body.fast => false,
                 Some(HeldReason::Motion) => false,
                 Some(HeldReason::TooMany) => room > 0,
-                None => disturbed && room + still > 0 || loose < most && !self.cavity.is_past_tissue(body.place()),
+                None => disturbed && room + still > 0,
             };
             if !goes {
                 continue;
@@ -63,7 +70,6 @@ impl Pool {
             } else {
                 still = still.saturating_sub(1);
             }
-            loose += 1;
             self.world.fasten(body.handle, false);
             (body.fast, body.asleep, body.held, body.still_s) = (false, false, None, 0.0);
         }
@@ -74,8 +80,7 @@ impl Pool {
         let flow = &surroundings.flow;
         let speed = flow.at(body.place(), &self.cavity.channel).length();
         let drag = self.water.resistance(&body.float, speed) * speed;
-        // What the stream could not move a moment ago is left alone for another.
-        let waits = body.fast && body.still_s < REST_S;
+        let waits = body.fast && body.still_s < body.patience_s;
         if !waits && flow.mouth.is_some() && drag > WAKE_SHARE * self.water.weight(&body.float).abs() {
             return true;
         }
@@ -94,31 +99,28 @@ impl Pool {
         }
     }
 
-    /// Lets lie fast what hardly moves in the bladder, and of too many what hardly moves elsewhere; holds the oldest where that is not enough.
+    /// Lets lie fast what hardly moves, and holds the oldest of too many.
     pub(crate) fn keep_to_most(&mut self, happened: &mut Happened) {
-        let most = self.settings.most as usize;
-        let mut moving = self.bodies.iter().filter(|body| body.moves()).count();
-        let past_tissue = |body: &Body| is_still(body) && self.cavity.is_past_tissue(body.place());
-        for body in self.bodies.iter_mut().filter(|body| past_tissue(body)) {
+        for body in self.bodies.iter_mut().filter(|body| is_still(body)) {
             lie_fast(body, &mut self.world);
-            moving -= 1;
         }
-        for hold in [false, true] {
-            for body in self.bodies.iter_mut() {
-                if moving <= most {
-                    return;
-                }
-                if !body.moves() || !(hold || is_still(body)) {
-                    continue;
-                }
-                lie_fast(body, &mut self.world);
-                if hold {
-                    (body.asleep, body.held) = (false, Some(HeldReason::TooMany));
-                    happened.held.push((body.id, HeldReason::TooMany));
-                }
-                moving -= 1;
-            }
+        let moving = self.bodies.iter().filter(|body| body.moves()).count();
+        let too_many = moving.saturating_sub(self.settings.most as usize);
+        for body in (self.bodies.iter_mut()).filter(|body| body.moves()).take(too_many) {
+            lie_fast(body, &mut self.world);
+            (body.asleep, body.held) = (false, Some(HeldReason::TooMany));
+            happened.held.push((body.id, HeldReason::TooMany));
         }
+    }
+}
+
+/// Whether the tissue that a chip came to lie on is no longer where it was.
+fn has_moved(body: &Body, tissue: TissueAt) -> bool {
+    match (body.tissue_mm, tissue) {
+        (_, TissueAt::Unknown) => false,
+        (None, TissueAt::Far) => false,
+        (Some(before), TissueAt::Near(now)) => (now.distance - before).abs() > TISSUE_MOVED_MM,
+        _ => true,
     }
 }
 
@@ -135,6 +137,13 @@ fn lie_fast(body: &mut Body, world: &mut World) {
     world.fasten(body.handle, true);
     (body.velocity, body.turn, body.lent) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
     (body.fast, body.asleep, body.still_s) = (true, true, 0.0);
+    let is_jammed = body.place().distance(body.lay_at) < JAMMED_MM;
+    body.patience_s = if is_jammed {
+        (2.0 * body.patience_s).min(LONGEST_S)
+    } else {
+        REST_S
+    };
+    body.lay_at = body.place();
 }
 
 /// Whether a chip moves, but hardly, and has for a while.

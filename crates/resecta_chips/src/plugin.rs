@@ -15,13 +15,17 @@ use crate::{
     pool::{ChipTotals, HeldReason, Pool, Surroundings},
     settings::{ChipError, ChipSettings},
     sound::sound,
-    walls::{Cavity, Sheath, TissueNear},
+    walls::{Cavity, Sheath, TissueAt, TissueNear},
 };
 
 /// A tip that comes further in a step was placed anew and pushes nothing, mm.
 const PLACED_ANEW_MM: f32 = 15.0;
-/// How deep in tissue a chip is taken to be where no surface is near, mm.
+/// As far as probes see, mm. How deep in tissue a chip is taken to be where no surface is near.
 const DEEP_MM: f32 = 3.0;
+/// Tissue nearer than this may act on a chip in the next step, mm: it holds it off a millimetre.
+const ACTS_MM: f32 = 1.5;
+/// What lies asks what tissue is near once in so many steps.
+const ASKS_EVERY: u64 = 15;
 /// Cosine between a way out of tissue and the way to the channel below which it is the wrong one.
 const AWAY: f32 = -0.3;
 
@@ -92,9 +96,10 @@ pub struct Chips {
     pool: Pool,
     tissue: Entity,
     instrument: Entity,
-    /// The entity of each body.
-    entities: Vec<Entity>,
+    /// What stands for each body.
+    shown: Vec<Shown>,
     sheath: Option<Isometry3d>,
+    steps: u64,
 }
 
 impl Chips {
@@ -113,8 +118,9 @@ impl Chips {
             pool: Pool::new(settings, cavity, density_g_per_mm3)?,
             tissue,
             instrument,
-            entities: Vec::new(),
+            shown: Vec::new(),
             sheath: None,
+            steps: 0,
         })
     }
 
@@ -129,9 +135,18 @@ impl Chips {
     }
 
     /// Their entities, each a [`FloatingChip`].
-    pub fn entities(&self) -> &[Entity] {
-        &self.entities
+    pub fn entities(&self) -> impl Iterator<Item = Entity> {
+        self.shown.iter().map(|shown| shown.entity)
     }
+}
+
+/// What stands for a body in the world.
+#[derive(Debug, Clone, Copy)]
+struct Shown {
+    entity: Entity,
+    /// Where it last asked what tissue is near, and how far it was from where that acts on it, mm.
+    asked_at: Vec3,
+    free_mm: f32,
 }
 
 /// A chip in the water.
@@ -180,9 +195,12 @@ fn take(mut told: MessageReader<TissueChip>, mut chips: ResMut<Chips>, mut comma
             point: body.place(),
             ..default()
         };
-        chips
-            .entities
-            .push(commands.spawn((Name::new(format!("Chip {id}")), floating, probe)).id());
+        let entity = commands.spawn((Name::new(format!("Chip {id}")), floating, probe)).id();
+        chips.shown.push(Shown {
+            entity,
+            asked_at: body.place(),
+            free_mm: 0.0,
+        });
     }
 }
 
@@ -222,19 +240,28 @@ fn move_on(
         sheath,
     };
 
-    let entities = chips.entities.clone();
     let cavity = chips.pool.cavity().clone();
-    let near = |index: usize| -> Option<TissueNear> {
-        let (_, probe) = shown.get(*entities.get(index)?).ok()?;
-        tissue_near(probe, &cavity)
-    };
-    // What was told in this step was not asked about yet.
+    let told: Vec<TissueAt> = (chips.shown.iter_mut())
+        .map(|known| {
+            let probe = shown.get(known.entity).ok().map(|(_, probe)| *probe);
+            // What was told in this step was not asked about yet.
+            let Some(probe) = probe.filter(|probe| probe.point.is_finite()) else {
+                return TissueAt::Unknown;
+            };
+            let tissue = tissue_at(&probe, &cavity);
+            let distance = tissue.near().map_or(DEEP_MM, |tissue| tissue.distance);
+            (known.asked_at, known.free_mm) = (probe.point, distance - ACTS_MM);
+            tissue
+        })
+        .collect();
+    let tissue = |index: usize| told.get(index).copied().unwrap_or(TissueAt::Unknown);
+    let entities = chips.shown.clone();
     let ids: Vec<u64> = chips.pool.bodies().iter().map(|body| body.id).collect();
-    let happened = chips.pool.step(seconds, &surroundings, near);
+    let happened = chips.pool.step(seconds, &surroundings, tissue);
     let entity_of = |id: u64| {
         ids.binary_search(&id)
             .ok()
-            .and_then(|index| entities.get(index).copied())
+            .and_then(|index| Some(entities.get(index)?.entity))
     };
 
     for (id, reason) in happened.held {
@@ -243,19 +270,23 @@ fn move_on(
         }
     }
     for entity in happened.flushed.into_iter().filter_map(entity_of) {
-        chips.entities.retain(|other| *other != entity);
+        chips.shown.retain(|other| other.entity != entity);
         commands.entity(entity).try_despawn();
     }
-    for (body, &entity) in chips.pool.bodies().iter().zip(&chips.entities) {
-        let Ok((mut shown, mut probe)) = shown.get_mut(entity) else {
+    chips.steps += 1;
+    for (body, known) in chips.pool.bodies().iter().zip(&chips.shown) {
+        let Ok((mut shown, mut probe)) = shown.get_mut(known.entity) else {
             continue;
         };
         if shown.before != shown.now || shown.now != body.isometry() {
             shown.before = shown.now;
             shown.now = body.isometry();
         }
-        // Far from tissue nothing is asked.
-        let asks = body.moves() && !cavity.is_past_tissue(body.place());
+        // Far from tissue nothing is asked. What lies there asks by turns, as does what has not gone half of its way to tissue: the other half
+        // is the tissue's.
+        let has_turn = body.held.is_none() && (chips.steps + body.id).is_multiple_of(ASKS_EVERY);
+        let has_gone = body.moves() && body.place().distance(known.asked_at) >= 0.5 * known.free_mm;
+        let asks = (has_gone || has_turn) && !cavity.is_past_tissue(body.place());
         let point = if asks { body.place() } else { Vec3::INFINITY };
         if probe.point != point {
             *probe = TissueProbe { point, ..default() };
@@ -264,37 +295,38 @@ fn move_on(
 }
 
 /// What a probe at a chip's centre tells.
-fn tissue_near(probe: &TissueProbe, cavity: &Cavity) -> Option<TissueNear> {
-    if !probe.point.is_finite() {
-        return None;
-    }
+fn tissue_at(probe: &TissueProbe, cavity: &Cavity) -> TissueAt {
     match (probe.nearest, probe.inside) {
-        (Some(nearest), false) => {
-            let away = probe.point - nearest;
-            Some(TissueNear {
-                out: away.try_normalize()?,
-                distance: away.length(),
-            })
+        (None, false) => TissueAt::Far,
+        (nearest, inside) => {
+            tissue_near(probe.point, nearest, inside, cavity).map_or(TissueAt::Unknown, TissueAt::Near)
         }
-        (Some(nearest), true) => {
-            let towards = nearest - probe.point;
-            let out = towards.try_normalize()?;
-            let to_channel = (cavity.channel.nearest(probe.point) - probe.point).normalize_or(out);
-            // A way out that leads away from the channel ends outside of the organ.
-            let out = if out.dot(to_channel) < AWAY { to_channel } else { out };
-            Some(TissueNear {
-                out,
-                distance: -towards.length(),
-            })
-        }
-        // Too deep for a way out: back to the channel.
-        (None, true) => {
-            let middle = cavity.channel.nearest(probe.point);
-            Some(TissueNear {
-                out: (middle - probe.point).normalize_or(cavity.channel.direction()),
-                distance: -DEEP_MM,
-            })
-        }
-        (None, false) => None,
     }
+}
+
+/// Tissue of which the nearest point is known, or that a point lies in; none where no way out is known.
+fn tissue_near(point: Vec3, nearest: Option<Vec3>, inside: bool, cavity: &Cavity) -> Option<TissueNear> {
+    let Some(nearest) = nearest else {
+        // Too deep for a way out: back to the channel.
+        let middle = cavity.channel.nearest(point);
+        return Some(TissueNear {
+            out: (middle - point).normalize_or(cavity.channel.direction()),
+            distance: -DEEP_MM,
+        });
+    };
+    let away = point - nearest;
+    if !inside {
+        return Some(TissueNear {
+            out: away.try_normalize()?,
+            distance: away.length(),
+        });
+    }
+    let out = (-away).try_normalize()?;
+    let to_channel = (cavity.channel.nearest(point) - point).normalize_or(out);
+    // A way out that leads away from the channel ends outside of the organ.
+    let out = if out.dot(to_channel) < AWAY { to_channel } else { out };
+    Some(TissueNear {
+        out,
+        distance: -away.length(),
+    })
 }

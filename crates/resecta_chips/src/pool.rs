@@ -10,7 +10,7 @@ use crate::{
     drag::Water,
     flow::Flow,
     settings::{ChipError, ChipSettings},
-    walls::{Cavity, Sheath, TissueNear},
+    walls::{Cavity, Sheath, TissueAt, TissueNear},
     world::World,
 };
 
@@ -171,13 +171,8 @@ impl Pool {
         Some(id)
     }
 
-    /// A step. `near` tells what tissue is at the middle of a chip, by its index.
-    pub fn step(
-        &mut self,
-        seconds: f32,
-        surroundings: &Surroundings,
-        near: impl Fn(usize) -> Option<TissueNear>,
-    ) -> Happened {
+    /// A step. `tissue` tells what tissue is at the middle of a chip, by its index.
+    pub fn step(&mut self, seconds: f32, surroundings: &Surroundings, tissue: impl Fn(usize) -> TissueAt) -> Happened {
         let mut happened = Happened::default();
         if !(seconds > 0.0 && seconds.is_finite()) {
             return happened;
@@ -186,9 +181,9 @@ impl Pool {
         if self.bodies.is_empty() {
             return happened;
         }
-        self.wake(surroundings);
+        self.wake(surroundings, &tissue);
         self.world.place_sheath(surroundings.sheath.as_ref());
-        self.push(seconds, &surroundings.flow, near, &mut happened);
+        self.push(seconds, &surroundings.flow, tissue, &mut happened);
         self.world.step(seconds);
         self.follow(seconds, &mut happened);
         self.keep_to_most(&mut happened);
@@ -206,7 +201,7 @@ impl Pool {
     }
 
     /// Lets water, weight and tissue act on what moves.
-    fn push(&mut self, seconds: f32, flow: &Flow, near: impl Fn(usize) -> Option<TissueNear>, happened: &mut Happened) {
+    fn push(&mut self, seconds: f32, flow: &Flow, tissue: impl Fn(usize) -> TissueAt, happened: &mut Happened) {
         for (index, body) in self.bodies.iter_mut().enumerate() {
             if !body.moves() {
                 continue;
@@ -214,7 +209,12 @@ impl Pool {
             let flow = flow.at(body.place(), &self.cavity.channel);
             let mut velocity = self.water.velocity(&body.float, body.velocity, flow, seconds);
             body.lent = Vec3::ZERO;
-            if let Some(tissue) = near(index).filter(|tissue| tissue.out.is_finite() && tissue.distance.is_finite()) {
+            let known = tissue(index);
+            let near = known.near();
+            if known != TissueAt::Unknown {
+                body.tissue_mm = near.map(|tissue| tissue.distance);
+            }
+            if let Some(tissue) = near.filter(|tissue| tissue.out.is_finite() && tissue.distance.is_finite()) {
                 (velocity, body.lent) = give_way(body.core, velocity, &tissue, seconds);
             }
             // The gland's outline is no wall of rapier's: nothing is sent through it.

@@ -196,7 +196,28 @@ impl Sheath {
     }
 }
 
-/// Tissue at a chip's middle.
+/// What is known of tissue at a chip's middle in a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TissueAt {
+    /// Nothing: nobody looked. A chip that moves meets none then, one that lies stays lying.
+    Unknown,
+    /// None is near.
+    Far,
+    /// It is near.
+    Near(TissueNear),
+}
+
+impl TissueAt {
+    /// The tissue, where one is near.
+    pub fn near(self) -> Option<TissueNear> {
+        match self {
+            TissueAt::Near(tissue) => Some(tissue),
+            TissueAt::Unknown | TissueAt::Far => None,
+        }
+    }
+}
+
+/// Tissue near a chip's middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TissueNear {
     /// Unit vector out of the tissue.

@@ -51,7 +51,7 @@ fn at(error: ChipError) -> RuleError {
 /// Puts the chips of an exercise into the world in place of those before; none where it names none.
 pub(crate) fn fill(world: &mut World, chips: Option<PreparedChips>, tissue: Entity, instrument: Entity) {
     if let Some(before) = world.remove_resource::<Chips>() {
-        for &chip in before.entities() {
+        for chip in before.entities() {
             // Someone may have despawned it already.
             world.try_despawn(chip).ok();
         }

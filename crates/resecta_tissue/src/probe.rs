@@ -103,8 +103,12 @@ pub(crate) fn probe(
             ..default()
         };
         let point = probe.point;
-        let tissues = ordered.iter_mut().zip(&mut known);
-        for ((entity, tissue, collider), known) in tissues.filter(|_| point.is_finite()) {
+        if !point.is_finite() {
+            // One that asks again goes on from what it was told.
+            probe.set_if_neq(answer);
+            continue;
+        }
+        for ((entity, tissue, collider), known) in ordered.iter_mut().zip(&mut known) {
             let most = reach_mm(point, known.as_ref());
             let probable = before.reach_mm(point).filter(|reach| *reach < most);
             let Tissue { solver, fine, .. } = &mut **tissue;

@@ -2,7 +2,7 @@
 
 use bevy::{math::Vec3, prelude::default};
 use parry3d::query;
-use resecta_chips::{ChipSettings, HeldReason, Pool, Surroundings};
+use resecta_chips::{ChipSettings, HeldReason, Pool, Surroundings, TissueAt};
 
 use crate::scenes::{STEP_S, bladder, heap, of_heap, pool, run, scope, settings, still};
 
@@ -78,7 +78,7 @@ fn a_sheath_that_presses_a_heap_against_the_wall_squeezes_none_out() {
         // To and fro along the floor, and down to where the sheath itself touches it.
         let along = 15.0 * (0.05 * step as f32).sin();
         let next = Vec3::new(along, (10.0 + 0.05 * step as f32).min(28.0), 10.0);
-        pool.step(STEP_S, &scope(tip, next, 0.0, 0.0), |_| None);
+        pool.step(STEP_S, &scope(tip, next, 0.0, 0.0), |_| TissueAt::Unknown);
         tip = next;
         for body in pool.bodies() {
             assert!(body.pose.is_finite() && body.velocity.is_finite());
@@ -97,7 +97,9 @@ fn runs_repeat_bit_for_bit() {
         let mut pool = heap(25, settings());
         for step in 0..120 {
             let tip = |step: i32| Vec3::new(0.0, 0.1 * step as f32, -20.0 + 0.2 * step as f32);
-            pool.step(STEP_S, &scope(tip(step), tip(step + 1), 4.0, 9.0), |_| None);
+            pool.step(STEP_S, &scope(tip(step), tip(step + 1), 4.0, 9.0), |_| {
+                TissueAt::Unknown
+            });
         }
         let poses = pool.bodies().iter().flat_map(|body| {
             let (place, turn) = (body.pose.translation, body.pose.rotation);
@@ -116,7 +118,7 @@ fn the_oldest_of_too_many_are_held_until_there_is_room() {
     for index in 0..20 {
         pool.add(&of_heap(index)).expect("a body");
         for _ in 0..6 {
-            held.extend(pool.step(STEP_S, &still(), |_| None).held);
+            held.extend(pool.step(STEP_S, &still(), |_| TissueAt::Unknown).held);
             assert!(pool.bodies().iter().filter(|body| body.moves()).count() <= 8);
         }
     }
@@ -149,14 +151,14 @@ fn a_heap_larger_than_what_may_move_comes_to_rest_and_is_stirred_without_much_ho
     for _ in 0..2 {
         run(&mut pool, 20.0, &still());
         for _ in 0..120 {
-            let happened = pool.step(STEP_S, &still(), |_| None);
+            let happened = pool.step(STEP_S, &still(), |_| TissueAt::Unknown);
             assert_eq!((happened.held.len(), moving(&pool)), (0, 0), "it stays as it lies");
         }
         assert!(pool.bodies().iter().all(|body| body.held.is_none()));
 
         let mut held = 0;
         for step in 0..600 {
-            held += pool.step(STEP_S, &stirred(step), |_| None).held.len();
+            held += pool.step(STEP_S, &stirred(step), |_| TissueAt::Unknown).held.len();
             assert!(moving(&pool) <= MOST as usize);
         }
         assert!(held <= 20, "{held} held in 10 s");
@@ -172,7 +174,7 @@ fn a_chip_that_falls_on_a_heap_wakes_what_it_meets_and_leaves_the_rest_lying() {
     pool.add(&of_heap(0)).expect("a body");
     let mut most = 0;
     for _ in 0..240 {
-        pool.step(STEP_S, &still(), |_| None);
+        pool.step(STEP_S, &still(), |_| TissueAt::Unknown);
         most = most.max(moving(&pool));
     }
     assert!(most <= 30, "{most} of 61 moved at once");

@@ -4,7 +4,7 @@ use bevy::{
     math::{DVec3, Vec3},
     prelude::default,
 };
-use resecta_chips::{ChipSettings, HeldReason, Pool, TissueNear};
+use resecta_chips::{ChipSettings, HeldReason, Pool, TissueAt, TissueNear};
 
 use crate::scenes::{DENSITY, STEP_S, bladder, block, heap, lake, of_heap, pool, run, scope, settings, still};
 
@@ -107,7 +107,7 @@ fn what_is_not_finite_is_no_body_and_moves_no_other() {
     empty.rest_volume_mm3 = f64::NAN;
     assert_eq!(pool.add(&empty.into()), None, "nothing");
     run(&mut pool, 5.0, &still());
-    pool.step(f32::NAN, &still(), |_| None);
+    pool.step(f32::NAN, &still(), |_| TissueAt::Unknown);
     assert!(pool.bodies().iter().all(|body| body.pose.is_finite()));
     assert_conserved(&pool);
 }
@@ -119,7 +119,7 @@ fn a_stream_or_tissue_that_is_not_finite_puts_chips_aside_and_says_so() {
     let tip = Vec3::new(0.0, 0.0, -20.0);
     let mut broken = scope(tip, tip, f32::NAN, 0.0);
     broken.sheath = None;
-    let happened = pool.step(STEP_S, &broken, |_| None);
+    let happened = pool.step(STEP_S, &broken, |_| TissueAt::Unknown);
     assert_eq!(happened.held, [(in_stream, HeldReason::Motion)]);
 
     let other = pool.add(&of_heap(2)).expect("a body");
@@ -132,7 +132,7 @@ fn a_stream_or_tissue_that_is_not_finite_puts_chips_aside_and_says_so() {
         distance: f32::NEG_INFINITY,
     };
     for tissue in [nowhere, far] {
-        pool.step(STEP_S, &still(), |_| Some(tissue));
+        pool.step(STEP_S, &still(), |_| TissueAt::Near(tissue));
     }
     run(&mut pool, 5.0, &still());
     assert!(

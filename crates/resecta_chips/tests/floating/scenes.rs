@@ -6,7 +6,7 @@ use bevy::{
     math::{DMat3, DVec3, Isometry3d, Quat, Vec3},
     prelude::default,
 };
-use resecta_chips::{Cavity, Channel, ChipSettings, Flow, Outline, Pool, Sheath, Surroundings};
+use resecta_chips::{Cavity, Channel, ChipSettings, Flow, Outline, Pool, Sheath, Surroundings, TissueAt};
 use resecta_instrument::ResectoscopeGeometry;
 use resecta_tissue::{Chip, SurfaceKind};
 
@@ -122,7 +122,7 @@ pub fn scope(from: Vec3, to: Vec3, inflow: f32, outflow: f32) -> Surroundings {
 
 pub fn run(pool: &mut Pool, seconds: f32, surroundings: &Surroundings) {
     for _ in 0..(seconds / STEP_S).round() as usize {
-        pool.step(STEP_S, surroundings, |_| None);
+        pool.step(STEP_S, surroundings, |_| TissueAt::Unknown);
     }
 }
 

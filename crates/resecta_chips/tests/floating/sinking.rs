@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use bevy::math::{DVec3, Vec3};
-use resecta_chips::{ChipSettings, TissueNear};
+use resecta_chips::{ChipSettings, TissueAt, TissueNear};
 
 use crate::scenes::{DENSITY, STEP_S, block, lake, pool, run, scope, still};
 
@@ -79,7 +79,7 @@ fn a_slow_chip_gains_speed_as_stokes_says() {
     // Few steps: what moves little in many of them is taken to rest.
     let fine = (0.02 * moved / resistance) as f32;
     for step in 1..=39 {
-        pool.step(fine, &still(), |_| None);
+        pool.step(fine, &still(), |_| TissueAt::Unknown);
         let time = f64::from(fine) * f64::from(step);
         let expected = end * (1.0 - (-time * resistance / moved).exp());
         let velocity = f64::from(pool.bodies()[0].velocity.y);
@@ -124,7 +124,7 @@ fn tissue_pushes_a_chip_out_softly_and_then_holds_it() {
     };
     for _ in 0..300 {
         let tissue = near(pool.bodies()[0].place());
-        pool.step(STEP_S, &still(), |_| Some(tissue));
+        pool.step(STEP_S, &still(), |_| TissueAt::Near(tissue));
         let body = &pool.bodies()[0];
         assert!(body.velocity.length() < 1.0, "it keeps no speed: {}", body.velocity);
         assert!(body.place().y > -1.05, "it is not thrown out: {}", body.place());
@@ -148,7 +148,7 @@ fn a_sheath_pushes_a_chip_before_it_and_never_passes_through() {
     while tip < 40.0 {
         let next = tip + 60.0 * STEP_S;
         let surroundings = scope(Vec3::Z * tip, Vec3::Z * next, 0.0, 0.0);
-        pool.step(STEP_S, &surroundings, |_| None);
+        pool.step(STEP_S, &surroundings, |_| TissueAt::Unknown);
         tip = next;
         let body = &pool.bodies()[0];
         assert!(body.place().z > tip - 0.5, "centre at {}, tip at {tip}", body.place());
