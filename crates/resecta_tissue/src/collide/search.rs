@@ -34,6 +34,10 @@ const KEEPS_GRID: f32 = 0.4;
 /// A thin part goes on to push a pentahedron the way that it did before unless another way is deeper by this much, mm, for one that turns
 /// by 60 degrees: pushed now here, now there it would turn to and fro.
 const KEEPS_WAY_MM: f32 = 0.5;
+/// A pentahedron with a corner that goes further than this in a step turns, mm: what it comes to lie on the part with is not what was nearest.
+/// Such a one is held by points twice as close. With fewer, light cells that a cut left beside the sheath swung by millimetres from step to
+/// step, and lay up to 1.8 mm deep in it.
+const TURNS_MM: f32 = 0.5;
 /// A pentahedron with a point deeper than this share of a thick part's radius is pierced by it, and goes out as a whole: pushed to both sides
 /// of the axis it would be stretched without end.
 const PIERCED: f32 = 0.6;
@@ -226,7 +230,7 @@ impl Search<'_> {
             let mut candidates = std::mem::take(&mut of_part.candidates);
             self.keep_one_side(number, pentahedron, &mut candidates);
             if !self.parts[number].1.is_thin() {
-                self.keep_some(number, &mut candidates);
+                self.keep_some(number, way, &mut candidates);
             }
             of_part
                 .found
@@ -312,9 +316,10 @@ impl Search<'_> {
 
     /// Keeps of a pentahedron's candidates the one that comes nearest to a thick part, then again the nearest of those that are not close
     /// to one that is kept, as close as points of a face are: a face that is held at its rims only dips in between.
-    fn keep_some(&self, number: usize, candidates: &mut Vec<Candidate>) {
+    fn keep_some(&self, number: usize, way: f32, candidates: &mut Vec<Candidate>) {
         let (index, part) = &self.parts[number];
-        let apart_mm = samples::apart_mm(part.contact_radius());
+        let at_rest_mm = samples::apart_mm(part.contact_radius());
+        let apart_mm = if way < TURNS_MM { at_rest_mm } else { 0.5 * at_rest_mm };
         let is_held = |candidate: &Candidate| self.before.points.contains(&(self.tool, *index, candidate.sample.id));
         let mut ordered: Vec<(f32, Candidate)> = (candidates.drain(..))
             .map(|candidate| {
