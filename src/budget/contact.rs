@@ -65,9 +65,9 @@ pub struct InPart {
 /// Elements inside out, by three counts.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Inverted {
-    /// Elements that the solver counts: by their volume, side faces divided as their neighbours see them.
+    /// Elements of negative volume, as the solver measures it: with bilinear side faces.
     pub by_solver: usize,
-    /// Elements without volume, divided into three tetrahedra another way.
+    /// Elements of no volume by a fixed division into three tetrahedra.
     pub otherwise: usize,
     /// Elements of which any of these three is inside out.
     pub in_part: usize,

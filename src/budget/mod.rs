@@ -26,7 +26,7 @@ pub use play::{Cost, OverSteps, Played, Shot, WITHIN_MM, play};
 pub use scenes::{Look, Scene, all as scenes};
 pub use surface::{Apart, Distances, Region, Surface};
 
-/// The instrument is moved by so much to see how far apart runs get that are as good as equal, mm.
+/// The instrument is moved by this much to measure noise, mm: how far apart runs end up that hardly differ.
 const ASIDE_MM: [f32; 4] = [1e-3, -1e-3, 2e-3, -2e-3];
 /// The pressure of water that is compared with none, cmH2O: a bag at the usual height.
 const WATER_CMH2O: f64 = 60.0;
@@ -94,7 +94,7 @@ pub struct SceneResult {
     pub counts: Vec<bool>,
     /// As shipped.
     pub shipped: RunResult,
-    /// The instrument a micrometre or two aside, against as shipped: runs that are as good as equal.
+    /// Runs with the instrument a micrometre or two aside, against the shipped run.
     pub noise: Vec<RunResult>,
     /// Water in the lumen, against as shipped: not a finer setting but something that the shipped scene leaves out.
     pub water: RunResult,

@@ -9,11 +9,11 @@ use super::{
     verdicts::{self, Advice, FACTOR, Line, Over, WORTH},
 };
 
-const INTRODUCTION: &str = "# What each part of the model errs by, and what it costs
+const INTRODUCTION: &str = "# The error of each part of the model, and its cost
 
-Five scenes of an operation are played as shipped, then with one part of the model at a time coarser and finer and all else as shipped.
-An error here is the distance between two visible surfaces at equal times: of a setting, and of the finest setting of the same part.
-It is in mm of what a trainee sees, so parts can be compared with each other and with what they cost.
+Five scenes of an operation are played with the shipped settings. Then one part of the model at a time is made coarser or finer, with all else as shipped.
+The error of a setting is the distance between its visible surface and that of the finest setting of the same part, at the same time.
+All errors are in mm of what a trainee sees, so parts can be compared with each other and with their cost.
 
 ";
 
@@ -89,14 +89,16 @@ fn verdict(text: &mut String, budget: &Budget) {
     let noise = verdicts::noise(budget);
     let _ = write!(
         text,
-        "## The budget\n\nErrors over all scenes. Runs whose instruments are a micrometre or two apart, and nothing else, get {} mm apart \
-         (RMS): that much is noise. `error` is what a setting's distance has beyond it, by squares; `95 %` is with noise, of the worst scene. \
-         `share` is what the coarser setting saves of the CPU time, which is what the part's fineness costs. `times` is how many times \
-         smaller the error is than that of the worst part; parts may differ by {FACTOR}. `coarser` and `finer` are the next settings that were \
-         measured: their error, and their CPU time over that as shipped. `advice` follows from these numbers alone: finer where that costs at \
-         most {:.0} % more and gains what can be told from noise; coarser where that saves {:.0} % at least, loses nothing that can be told from \
-         noise (or the part is finer than it needs to be), turns no elements inside out and has no step longer than a frame. Nothing was \
-         changed by it.\n\n",
+        "## The budget\n\nErrors over all scenes.\n\n\
+         - Noise: runs that differ only by a micrometre or two of the instrument's place end up {} mm apart (RMS).\n\
+         - `error`: the distance less the noise, as the root of the difference of their squares. `95 %` includes noise and is that of the worst \
+         scene.\n\
+         - `share`: what the coarser setting saves of the CPU time.\n\
+         - `times`: how many times smaller the error is than that of the worst part. Parts may differ by {FACTOR}.\n\
+         - `coarser` and `finer`: the next settings that were measured, with their error and their CPU time relative to the shipped one.\n\
+         - `advice` follows from these numbers alone. Finer: it costs at most {:.0} % more and gains more than noise. Coarser: it saves at \
+         least {:.0} %, loses no more than noise (or the part is finer than it needs to be), turns no elements inside out and has no step \
+         longer than a frame.\n\n",
         plain(noise.rms_mm),
         100.0 * (WORTH.0 - 1.0),
         100.0 * WORTH.1
@@ -140,7 +142,7 @@ fn verdict(text: &mut String, budget: &Budget) {
     *text += &table(&heads, verdicts::lines(budget).iter().map(line));
     let _ = write!(
         text,
-        "All contact together, with the motion of the tissue that it pushes, takes {} % of the CPU time.\n\n\
+        "Contact and the motion of the tissue together take {} % of the CPU time.\n\n\
          ![error of each part against its cost](budget_parts.svg)\n\nThe same scene by scene, mm RMS beyond noise, as shipped:\n\n",
         percent(verdicts::share_of_contact(budget))
     );
@@ -150,9 +152,9 @@ fn verdict(text: &mut String, budget: &Budget) {
 
 /// The moment that does not count because anything decides what happens.
 fn loop_out(text: &mut String, budget: &Budget) {
-    *text += "On its way out over tissue, without current, the loop catches tissue or slips over it, and anything decides which: the runs \
-              that are as good as equal get far apart there, and it is where the noise begins. So the moment before the current of the last \
-              stroke is left out above. It has, with noise, mm RMS:\n\n";
+    *text += "While the loop goes out over tissue without current, it either catches tissue or slips over it, and the smallest difference \
+              decides which. There the noise begins. So the moment before the current of the last stroke is left out above. Its \
+              distances, noise included, mm RMS:\n\n";
     let parts = budget.scenes.first().map_or(&[][..], |scene| &scene.parts);
     let names = parts.iter().map(|part| part.name);
     let heads: Vec<&str> = ["scene, loop out", "noise"].into_iter().chain(names).collect();
@@ -202,10 +204,7 @@ fn sentence(line: &Line, noise: &Over) -> String {
         let cost = plain(finer.cost);
         let _ = match line.gain_mm(noise) {
             Some(gain) => write!(text, "; finer gains {} mm for {cost} times the cost", plain(gain)),
-            None => write!(
-                text,
-                "; finer gains nothing that is told from noise, for {cost} times the cost"
-            ),
+            None => write!(text, "; finer gains no more than noise, for {cost} times the cost"),
         };
     }
     if let Some(coarser) = &line.coarser {
@@ -215,7 +214,7 @@ fn sentence(line: &Line, noise: &Over) -> String {
         };
         let _ = match line.loss_mm(noise) {
             Some(loss) => write!(text, "; coarser adds {} mm and {saves}", plain(loss)),
-            None => write!(text, "; coarser adds nothing that is told from noise and {saves}"),
+            None => write!(text, "; coarser adds no more than noise and {saves}"),
         };
         if let Some(inverted) = line.coarser_inverts() {
             let _ = write!(text, ", but turns up to {inverted} elements inside out");
@@ -243,30 +242,27 @@ fn method(text: &mut String) {
     let _ = write!(
         text,
         "## How it is measured\n\n\
-         - The visible surface is all of the tissue's fine surface but the capsule, as it lies, before anything smooths it for a picture.\n\
-         - Points at most half a millimetre apart are spread over the part of a surface that lies within {WITHIN_MM} mm of the instrument's \
-         working region: of the sheath's end and the way of the loop. The distance of each from the other surface is taken, and the other way \
-         round; both count by the area that they stand for.\n\
-         - The moments are those of the table of scenes. At each of them the instrument is at rest. RMS over moments is that of their RMS; \
-         95th percentile and largest distance are those of the worst moment. Two moments do not count: `before`, and `loop out`, which has a \
-         table of its own.\n\
-         - The script is the same for all settings. Where tissue holds the sheath it gives way to it, so instruments may end up apart: \
-         `tips` is by how much at most.\n\
-         - Noise is taken off by squares, as if it were the same for every setting and had nothing to do with the error.\n\
-         - Contact is not measured against another setting but against steel: tissue must neither lie in it nor keep away from what \
-         presses on it.\n\n\
-         What this cannot see: errors that all settings of a part share, such as what springs miss of an elastic solid \
-         (docs/materials.md) and the integrator's own order; errors of two parts together; the inside of the tissue. Where a flap falls to \
-         the other side, or a thin bridge breaks a step sooner, surfaces are millimetres apart at once; such places decide the largest \
-         distances, so compare RMS and 95th percentiles. The finest setting is no truth, only the best that was tried.\n\n",
+         - The visible surface is the tissue's fine surface without the capsule, before it is smoothed for a picture.\n\
+         - Points at most half a millimetre apart are spread over the part of each surface within {WITHIN_MM} mm of the sheath's end or of the \
+         way of the loop. The distance of each point from the other surface is weighted by the area that the point stands for.\n\
+         - The moments are in the table of scenes. At each of them the instrument is at rest. The RMS of a scene is over its moments; the \
+         95th percentile and the largest distance are those of the worst moment. Two moments are left out: `before`, and `loop out`, which \
+         has a table of its own.\n\
+         - The script is the same for all settings. A sheath that tissue holds back stops short of it, so instruments may end up apart: \
+         `tips` gives the largest difference.\n\
+         - Noise is assumed to be the same for every setting and independent of the error.\n\
+         - Contact is measured against the steel itself: tissue must not lie in it, and what presses on tissue must touch it.\n\n\
+         Not measured: errors that all settings of a part share, such as the difference between springs and an elastic solid \
+         (docs/materials.md) and the order of the integrator; errors of two parts together; the inside of the tissue. A flap that falls to \
+         the other side, or a thin bridge that breaks a step sooner, moves the surface by millimetres at once. Such places decide the largest \
+         distances, so compare RMS and 95th percentiles. The finest setting is only the best that was tried.\n\n",
     );
 }
 
 fn scenes(text: &mut String, budget: &Budget) {
-    *text += "## Scenes\n\nEvery scene begins with the sheath outside of the gland, which then goes in through the urethra as in \
-              `first_cuts`. Whole operations take minutes, so the late one is scripted: three layers of the middle lobe, two seconds a \
-              stroke. `noise` is how far runs get apart that differ by a micrometre or two of the instrument's place: four of them \
-              against that as shipped.\n\n";
+    *text += "## Scenes\n\nIn every scene the sheath starts outside the gland and goes in through the urethra, as in `first_cuts`. The late \
+              scene is scripted, since a whole operation takes minutes: three layers of the middle lobe, two seconds a stroke. `noise` is \
+              from four runs that differ from the shipped one by a micrometre or two of the instrument's place.\n\n";
     let line = |scene: &SceneResult| {
         let apart = || scene.noise.iter().filter_map(|run| run.apart);
         let most = |value: fn(&Apart) -> f64| apart().map(|apart| value(&apart)).fold(0.0, f64::max);
@@ -302,8 +298,7 @@ fn scenes(text: &mut String, budget: &Budget) {
         ],
         budget.scenes.iter().map(line),
     );
-    *text += "What a shipped dry scene leaves out, water at a pressure of 60 cmH2O in the lumen, is no finer setting. It moves the \
-              surface by:\n\n";
+    *text += "The scenes are dry. Water at 60 cmH2O in the lumen would move the surface by:\n\n";
     let line = |scene: &SceneResult| {
         vec![format!("`{}`", scene.key)]
             .into_iter()
@@ -349,9 +344,10 @@ fn errors(run: &RunResult) -> [String; 10] {
 }
 
 fn contact(text: &mut String, budget: &Budget) {
-    *text += "## Contact\n\nAs shipped, worked out from places alone. `surface` is how deep the tissue's surface lies in a part, over the \
-              area that does. Nodes count wherever they are in the tissue, `in it` from half a millimetre on. `filled` is the share of \
-              the part's length in the gland that tissue fills. Thin parts keep tissue 0.4 mm from their axis by design, more than a wire's radius.\n\n";
+    *text += "## Contact\n\nWith the shipped settings, computed from positions alone. `surface`: how deep the tissue's surface lies in a \
+              part, over the area that lies in it. `nodes in it`: nodes at least half a millimetre deep, inner ones included. `filled`: the share \
+              of the part's volume in the gland that tissue fills. Thin parts keep tissue 0.4 mm from their axis by design, more than the \
+              radius of a wire.\n\n";
     let mut lines = Vec::new();
     for scene in &budget.scenes {
         for (look, standing) in scene.looks.iter().zip(&scene.shipped.standing) {
@@ -385,9 +381,9 @@ fn contact(text: &mut String, budget: &Budget) {
         ],
         lines,
     );
-    *text += "Over all steps: the deepest overlap and largest volume of the solver's own diagnostics, and gaps between a part and the \
-              points that it presses on, mean by force and largest. Large ones are single points that spring off within a step: \
-              they were caught by the loop on its way out, over tissue and without current.\n\n";
+    *text += "Over all steps: the deepest overlap and the largest volume, from the diagnostics; and the gaps between a part and the points that \
+              it presses on, as a mean weighted by force and the largest. Large gaps are single points that the loop caught on its way out, \
+              without current, and that sprang off within a step.\n\n";
     let mut heads = vec!["scene", "overlap, mm", "in thin parts, mm", "overlap, mm³"];
     let gaps: Vec<String> = PARTS
         .iter()
@@ -407,9 +403,10 @@ fn contact(text: &mut String, budget: &Budget) {
         line
     };
     *text += &table(&heads, budget.scenes.iter().map(line));
-    *text += "Contact has no finer setting: how close its points are, its margin and its memory are constants. More passes refine it (`passes` below).\n\n\
-              ## Elements inside out\n\nBy the solver's count, which divides side faces as neighbours see them; by another division \
-              into three tetrahedra; and elements of which any of these three is inside out. Moments as above; `most` over all steps.\n\n";
+    *text += "Contact has no finer setting: the spacing of its points and its margin are constants. More passes refine it (`passes` below).\n\n\
+              ## Elements inside out\n\nThree counts: elements of negative volume, as the solver measures it; elements whose three \
+              tetrahedra, by a fixed division, have a negative sum; and elements of which any of these three is negative. Moments as above; \
+              `most` is over all steps.\n\n";
     let mut lines = Vec::new();
     for scene in &budget.scenes {
         for (look, standing) in scene.looks.iter().zip(&scene.shipped.standing) {
@@ -428,10 +425,10 @@ fn contact(text: &mut String, budget: &Budget) {
         &[
             "scene and moment",
             "elements",
-            "by the solver",
-            "divided otherwise",
+            "negative volume",
+            "by a fixed division",
             "in part",
-            "most, by the solver",
+            "most of negative volume",
         ],
         lines,
     );
@@ -442,13 +439,13 @@ fn parts(text: &mut String, budget: &Budget) {
     for part in parts {
         let _ = write!(text, "## {}: {}\n\n", capital(part.name), part.unit);
         if part.key == "inertia" {
-            *text += "Frequencies are held down to this share of that of the usual node, by more inertia and less stiffness. Below 1 tissue has \
-                      internal viscosity besides, so the step from there to more is not one of inertia alone.\n\n";
+            *text += "More inertia and less stiffness keep all frequencies below this share of that of the usual node. Below 1 tissue also \
+                      has internal viscosity, so the step from there to more changes more than inertia.\n\n";
         }
         if part.key == "lattice" {
-            *text += "A finer lattice is also another shape: a coarse one cuts the corners of the urethra's wall. `before` is the \
-                      distance of the surfaces before anything touched them. If the error falls in \
-                      proportion to the angle, that of 14 degrees is 14/9 of its distance from 5 degrees.\n\n![error of the lattice](budget_lattice.svg)\n\n";
+            *text += "A finer lattice also has a slightly different shape: a coarse one cuts the corners of the urethra's wall. `before` is the \
+                      distance of the surfaces before anything touched them. If the error is proportional to the angle, that of 14 \
+                      degrees is 14/9 of its distance from 5 degrees.\n\n![error of the lattice](budget_lattice.svg)\n\n";
         }
         let mut lines = Vec::new();
         for scene in &budget.scenes {

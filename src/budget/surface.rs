@@ -82,6 +82,14 @@ impl Surface {
         points
     }
 
+    /// The same surface where `origin` is the origin: far from it, rounding would count as distance.
+    fn about(&self, origin: Vec3) -> Surface {
+        Surface {
+            places: self.places.iter().map(|&place| place - origin).collect(),
+            triangles: self.triangles.clone(),
+        }
+    }
+
     /// The surface, for distances from it; `None` without triangles.
     pub fn solid(&self) -> Option<TriMesh> {
         TriMesh::new(self.places.clone(), self.triangles.clone()).ok()
@@ -135,8 +143,14 @@ impl Distances {
     /// distance. Empty where either surface has nothing there.
     pub fn between(one: &Surface, other: &Surface, region: &Region) -> Distances {
         let mut distances = Vec::new();
+        let middle = region.ends[0].midpoint(region.ends[1]);
+        let (one, other) = (one.about(middle), other.about(middle));
+        let region = Region {
+            ends: region.ends.map(|end| end - middle),
+            ..*region
+        };
         if let (Some(solid), Some(other_solid)) = (one.solid(), other.solid()) {
-            for (points, solid) in [(one.points(region), &other_solid), (other.points(region), &solid)] {
+            for (points, solid) in [(one.points(&region), &other_solid), (other.points(&region), &solid)] {
                 distances.extend(
                     points
                         .into_iter()

@@ -1,6 +1,6 @@
 //! What the budget comes to: every part over all scenes, and whether it is finer than it needs to be.
 //!
-//! Two runs that are as good as equal get apart, too. What a distance has beyond that is taken by squares: errors that have nothing to do
+//! Two runs that hardly differ end up apart, too. This noise is subtracted by squares: errors that have nothing to do
 //! with each other add up so.
 
 use super::{Apart, Budget, PARTS, PartResult, RunResult, SceneResult};
@@ -51,7 +51,7 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, f64::max)
 }
 
-/// How far runs of a scene get apart that are as good as equal, mm RMS.
+/// How far apart runs of a scene end up that hardly differ, mm RMS.
 pub fn noise_of(scene: &SceneResult) -> f64 {
     let apart = scene.noise.iter().filter_map(|run| run.apart);
     mean(apart.map(|apart| apart.rms_mm.powi(2))).sqrt()
@@ -108,7 +108,7 @@ pub fn settings(budget: &Budget, key: &str) -> Vec<Over> {
     longest.runs.iter().map(of_setting).collect()
 }
 
-/// The distance between runs that are as good as equal.
+/// The distance between runs that hardly differ.
 pub fn noise(budget: &Budget) -> Over {
     let runs = budget
         .scenes
@@ -184,14 +184,14 @@ pub enum Advice {
 }
 
 impl Line {
-    /// What the finer setting gains, mm; `None` where that cannot be told from noise.
+    /// What the finer setting gains, mm; `None` where that is no more than noise.
     pub fn gain_mm(&self, noise: &Over) -> Option<f64> {
         let (finer, is_reference) = self.finer.as_ref()?;
         let finer_mm = if *is_reference { 0.0 } else { finer.beyond_mm };
         told_apart(self.shipped.beyond_mm - finer_mm, noise)
     }
 
-    /// What the coarser setting loses, mm; `None` where that cannot be told from noise.
+    /// What the coarser setting loses, mm; `None` where that is no more than noise.
     pub fn loss_mm(&self, noise: &Over) -> Option<f64> {
         told_apart(self.coarser.as_ref()?.beyond_mm - self.shipped.beyond_mm, noise)
     }

@@ -9,6 +9,7 @@ mod scenes;
 
 use bevy::math::Vec3;
 use criterion::{BenchmarkId, Criterion};
+use resecta_chips::TissueAt;
 use scenes::{STEP_S, heap, scope, settings, still};
 
 fn main() {
