@@ -34,6 +34,8 @@ const CALM: f64 = 0.1;
 const ACCURATE_FASTEST: f64 = 1.25;
 
 /// The same where speed matters more. Every node then has several times its mass, and moves as slowly as tissue so viscous does anyway.
+/// Half of it would save 15 % and moves the surface no further (docs/accuracy/budget.md), but tissue then resists the arms of a loop that
+/// goes out quickly so much that one of them pierces it (`tests/pictures.rs`).
 const FAST_FASTEST: f64 = 0.12;
 
 /// Substeps for one that stability asks for: tools squeeze tissue within a step, and one that outran its bound is made again.
