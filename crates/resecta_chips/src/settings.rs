@@ -37,7 +37,7 @@ pub struct ChipSettings {
     /// Outflow from which the sheath stands open and lets chips through, ml/s; 0.01 to 1000.
     #[schemars(range(min = 0.01, max = 1000.0))]
     pub flush_ml_per_s: f64,
-    /// Bodies that move at once, 1 to 1000; beyond, those that hardly move lie still where they are, then the oldest.
+    /// Bodies that move at once, 1 to 1000; beyond, the oldest are held where they are.
     #[schemars(range(min = 1, max = 1000))]
     pub most: u32,
 }
@@ -48,7 +48,7 @@ impl Default for ChipSettings {
     ///   Levenspiel (1989) give about twice the sphere's coefficient at Reynolds numbers of some hundreds;
     /// - shreds below 2 mm³: a grain of 1.6 mm goes where the water goes (ours);
     /// - an open sheath from 6 ml/s: past what a continuous-flow sheath lets out with its telescope in (ours);
-    /// - 100 bodies (ours: half a millisecond of a step on one core).
+    /// - 100 bodies (ours: about a millisecond of a step on one core).
     fn default() -> Self {
         Self {
             water_density_g_per_mm3: 0.998e-3,
