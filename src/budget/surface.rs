@@ -47,6 +47,9 @@ pub fn distance_to_segment(place: Vec3, [from, to]: [Vec3; 2]) -> f32 {
     place.distance(from + share * along)
 }
 
+/// A triangle of less area than this share of its length squared stands for none, and rounding decides where in it a point lies.
+const SLIVER: f32 = 1e-4;
+
 impl Surface {
     /// All of the surface of a tissue that is cut finer than its elements, where it lies now; `None` of another tissue.
     pub fn of(tissue: &Tissue) -> Option<Surface> {
@@ -72,7 +75,11 @@ impl Surface {
                 continue;
             }
             let parts = (longest / APART_MM).ceil().clamp(1.0, 64.0) as u32;
-            let area = 0.5 * (b - a).cross(c - a).length() / (parts * parts) as f32;
+            let whole = 0.5 * (b - a).cross(c - a).length();
+            if whole <= SLIVER * longest * longest {
+                continue;
+            }
+            let area = whole / (parts * parts) as f32;
             for place in middles([a, b, c], parts) {
                 if region.contains(place) {
                     points.push((place, area));
