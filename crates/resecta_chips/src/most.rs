@@ -6,8 +6,7 @@
 //! on has moved.
 //!
 //! When more than [`most`](crate::ChipSettings::most) chips move, the oldest are held where they are, and told. What is held goes again when
-//! there is room, the youngest first. What lies fast goes again when something moves it and others lie still: so nobody is stopped and let
-//! go by turns.
+//! there is room, the youngest first.
 
 use bevy::math::Vec3;
 use parry3d::query;
@@ -21,9 +20,10 @@ use crate::{
 
 /// A stream moves a chip that rests if its drag is this share of the chip's weight in water.
 const WAKE_SHARE: f32 = 0.3;
-/// How long a chip has hardly moved before it lies fast, and lies fast before a stream moves it, s. One that a stream has moved by less than
-/// that, mm, is jammed: the stream leaves it twice as long each time, up to the longest.
+/// How long a chip has hardly moved before it lies fast, and lies fast before a stream moves it, s.
 const REST_S: f32 = 0.5;
+/// A chip that has moved by less than this between two rests is jammed, mm: a stream leaves it twice as long each time, up to so many
+/// seconds.
 const JAMMED_MM: f32 = 0.5;
 const LONGEST_S: f32 = 8.0;
 /// A chip that lies fast goes again if its distance from tissue has changed by this, mm.
@@ -54,22 +54,17 @@ impl Pool {
 
         let most = self.settings.most as usize;
         let mut room = most.saturating_sub(self.bodies.iter().filter(|body| body.moves()).count());
-        let mut still = self.bodies.iter().filter(|body| is_still(body)).count();
         for (body, disturbed) in self.bodies.iter_mut().zip(disturbed).rev() {
             let goes = match body.held {
                 _ if !body.fast => false,
                 Some(HeldReason::Motion) => false,
                 Some(HeldReason::TooMany) => room > 0,
-                None => disturbed && room + still > 0,
+                None => disturbed && room > 0,
             };
             if !goes {
                 continue;
             }
-            if room > 0 {
-                room -= 1;
-            } else {
-                still = still.saturating_sub(1);
-            }
+            room -= 1;
             self.world.fasten(body.handle, false);
             (body.fast, body.asleep, body.held, body.still_s) = (false, false, None, 0.0);
         }
