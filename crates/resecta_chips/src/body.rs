@@ -55,7 +55,7 @@ pub struct Body {
     pub(crate) patience_s: f32,
     /// Velocity that tissue lent it in this step, mm/s: it is not kept.
     pub(crate) lent: Vec3,
-    /// Distance of its centre from tissue when it last moved, mm; none where that is far.
+    /// Distance from its centre to the nearest tissue when it last moved, mm; `None` beyond 3 mm.
     pub(crate) tissue_mm: Option<f32>,
     /// What rapier knows it by.
     pub(crate) handle: RigidBodyHandle,

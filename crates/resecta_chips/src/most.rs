@@ -1,12 +1,11 @@
 //! Who rests, who wakes, and who is held when more chips move than there is time for.
 //!
-//! Rapier lets a heap sleep and wake as one, so that a chip that falls onto one wakes all of it: in an operation a hundred chips lay
-//! still and cost as much as if they moved. So a chip that has hardly moved for a while lies fast: it is as good as asleep, but no neighbour
-//! wakes it. It goes again when a stream, the sheath or a chip that moves comes to it, a chip beside it leaves, or the tissue that it lay
-//! on has moved.
+//! Rapier lets a heap sleep and wake as one, so a single falling chip wakes all of it: in an operation a hundred resting chips cost as much
+//! as moving ones. Therefore a chip that has hardly moved for a while becomes a fixed body (`fast`), which no neighbour wakes. It is freed when
+//! the stream, the sheath or a moving chip reaches it, when a chip beside it leaves, or when the tissue near it has moved.
 //!
-//! When more than [`most`](crate::ChipSettings::most) chips move, the oldest are held where they are, and told. What is held goes again when
-//! there is room, the youngest first.
+//! When more than [`most`](crate::ChipSettings::most) chips move, the oldest are held in place and reported. Held chips are freed when there
+//! is room, the youngest first.
 
 use bevy::math::Vec3;
 use parry3d::query;
@@ -20,13 +19,13 @@ use crate::{
 
 /// A stream moves a chip that rests if its drag is this share of the chip's weight in water.
 const WAKE_SHARE: f32 = 0.3;
-/// How long a chip has hardly moved before it lies fast, and lies fast before a stream moves it, s.
+/// How long a chip must hardly move before it is fixed, and the least time that it then stays fixed in a stream, s.
 const REST_S: f32 = 0.5;
-/// A chip that has moved by less than this between two rests is jammed, mm: a stream leaves it twice as long each time, up to so many
-/// seconds.
+/// A chip that moved less than this between two rests is jammed, mm. Each time, it stays fixed in a stream twice as long as before.
 const JAMMED_MM: f32 = 0.5;
+/// The longest that a jammed chip stays fixed in a stream, s.
 const LONGEST_S: f32 = 8.0;
-/// A chip that lies fast goes again if its distance from tissue has changed by this, mm.
+/// A fixed chip is freed if its distance from tissue has changed by this, mm.
 const TISSUE_MOVED_MM: f32 = 0.3;
 /// What moves a chip that lies fast: what comes nearer than this, mm, and is faster than that, mm/s.
 const NEXT_MM: f32 = 1.0;
@@ -70,7 +69,7 @@ impl Pool {
         }
     }
 
-    /// Whether the stream moves a chip that rests, or, if it lies fast, the sheath or one of the chips that move.
+    /// Whether the stream would move a resting chip, or the sheath or one of the moving chips a fixed one.
     fn is_disturbed(&self, body: &Body, surroundings: &Surroundings, movers: &[&Body]) -> bool {
         let flow = &surroundings.flow;
         let speed = flow.at(body.place(), &self.cavity.channel).length();
@@ -84,7 +83,7 @@ impl Pool {
         body.fast && (surroundings.sheath.as_ref().is_some_and(by_sheath) || movers.iter().any(by_chip))
     }
 
-    /// Lets go what lies fast beside a chip that has left.
+    /// Frees the fixed chips beside one that has left.
     pub(crate) fn let_go_beside(&mut self, gone: &Body) {
         for body in self.bodies.iter_mut().filter(|body| body.fast && body.held.is_none()) {
             if is_beside(body, gone) {
@@ -94,7 +93,7 @@ impl Pool {
         }
     }
 
-    /// Lets lie fast what hardly moves, and holds the oldest of too many.
+    /// Fixes chips that hardly move, and holds the oldest of too many.
     pub(crate) fn keep_to_most(&mut self, happened: &mut Happened) {
         for body in self.bodies.iter_mut().filter(|body| is_still(body)) {
             lie_fast(body, &mut self.world);
@@ -109,7 +108,7 @@ impl Pool {
     }
 }
 
-/// Whether the tissue that a chip came to lie on is no longer where it was.
+/// Whether the tissue near a fixed chip is no longer where it was.
 fn has_moved(body: &Body, tissue: TissueAt) -> bool {
     match (body.tissue_mm, tissue) {
         (_, TissueAt::Unknown) => false,
@@ -128,6 +127,7 @@ fn is_beside(one: &Body, other: &Body) -> bool {
     is_near && gap_mm() < NEXT_MM
 }
 
+/// Makes a chip a fixed body where it is.
 fn lie_fast(body: &mut Body, world: &mut World) {
     world.fasten(body.handle, true);
     (body.velocity, body.turn, body.lent) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);

@@ -20,11 +20,11 @@ use crate::{
 
 /// A tip that comes further in a step was placed anew and pushes nothing, mm.
 const PLACED_ANEW_MM: f32 = 15.0;
-/// As far as probes see, mm. How deep in tissue a chip is taken to be where no surface is near.
+/// Range of a probe, mm. A chip in tissue without a surface in that range is taken to be this deep.
 const DEEP_MM: f32 = 3.0;
-/// Tissue nearer than this may act on a chip in the next step, mm: it holds it off a millimetre.
+/// Tissue closer than this may act on a chip in the next step, mm: it keeps chips a millimetre away.
 const ACTS_MM: f32 = 1.5;
-/// What lies asks what tissue is near once in so many steps.
+/// A resting chip probes for tissue once in this many steps.
 const ASKS_EVERY: u64 = 15;
 /// Cosine between a way out of tissue and the way to the channel below which it is the wrong one.
 const AWAY: f32 = -0.3;
@@ -144,7 +144,7 @@ impl Chips {
 #[derive(Debug, Clone, Copy)]
 struct Shown {
     entity: Entity,
-    /// Where it last asked what tissue is near, and how far it was from where that acts on it, mm.
+    /// Where it last probed for tissue, and how far from there it could go before tissue acts on it, mm.
     asked_at: Vec3,
     free_mm: f32,
 }
@@ -241,10 +241,10 @@ fn move_on(
     };
 
     let cavity = chips.pool.cavity().clone();
-    let told: Vec<TissueAt> = (chips.shown.iter_mut())
+    let answers: Vec<TissueAt> = (chips.shown.iter_mut())
         .map(|known| {
             let probe = shown.get(known.entity).ok().map(|(_, probe)| *probe);
-            // What was told in this step was not asked about yet.
+            // A chip of this step has not probed yet.
             let Some(probe) = probe.filter(|probe| probe.point.is_finite()) else {
                 return TissueAt::Unknown;
             };
@@ -254,14 +254,13 @@ fn move_on(
             tissue
         })
         .collect();
-    let tissue = |index: usize| told.get(index).copied().unwrap_or(TissueAt::Unknown);
-    let entities = chips.shown.clone();
+    let tissue = |index: usize| answers.get(index).copied().unwrap_or(TissueAt::Unknown);
     let ids: Vec<u64> = chips.pool.bodies().iter().map(|body| body.id).collect();
     let happened = chips.pool.step(seconds, &surroundings, tissue);
     let entity_of = |id: u64| {
         ids.binary_search(&id)
             .ok()
-            .and_then(|index| Some(entities.get(index)?.entity))
+            .and_then(|index| Some(chips.shown.get(index)?.entity))
     };
 
     for (id, reason) in happened.held {
@@ -269,7 +268,8 @@ fn move_on(
             held.write(ChipHeld { chip, reason });
         }
     }
-    for entity in happened.flushed.into_iter().filter_map(entity_of) {
+    let flushed: Vec<Entity> = happened.flushed.into_iter().filter_map(entity_of).collect();
+    for entity in flushed {
         chips.shown.retain(|other| other.entity != entity);
         commands.entity(entity).try_despawn();
     }
@@ -282,8 +282,8 @@ fn move_on(
             shown.before = shown.now;
             shown.now = body.isometry();
         }
-        // Far from tissue nothing is asked. What lies there asks by turns, as does what has not gone half of its way to tissue: the other half
-        // is the tissue's.
+        // Far from tissue no chip probes. Elsewhere a resting chip probes by turns, and so does one that has gone less than half of its free
+        // way: tissue may have come the other half.
         let has_turn = body.held.is_none() && (chips.steps + body.id).is_multiple_of(ASKS_EVERY);
         let has_gone = body.moves() && body.place().distance(known.asked_at) >= 0.5 * known.free_mm;
         let asks = (has_gone || has_turn) && !cavity.is_past_tissue(body.place());
@@ -294,7 +294,7 @@ fn move_on(
     }
 }
 
-/// What a probe at a chip's centre tells.
+/// The answer of a probe at a chip's centre.
 fn tissue_at(probe: &TissueProbe, cavity: &Cavity) -> TissueAt {
     match (probe.nearest, probe.inside) {
         (None, false) => TissueAt::Far,
@@ -304,7 +304,7 @@ fn tissue_at(probe: &TissueProbe, cavity: &Cavity) -> TissueAt {
     }
 }
 
-/// Tissue of which the nearest point is known, or that a point lies in; none where no way out is known.
+/// The tissue near a point, given its nearest surface point or that the point lies inside; `None` if no way out can be computed.
 fn tissue_near(point: Vec3, nearest: Option<Vec3>, inside: bool, cavity: &Cavity) -> Option<TissueNear> {
     let Some(nearest) = nearest else {
         // Too deep for a way out: back to the channel.

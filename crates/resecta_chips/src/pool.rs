@@ -171,7 +171,7 @@ impl Pool {
         Some(id)
     }
 
-    /// A step. `tissue` tells what tissue is at the middle of a chip, by its index.
+    /// One step of `seconds`, s. `tissue` gives what is known of tissue at the centre of a chip, by its index.
     pub fn step(&mut self, seconds: f32, surroundings: &Surroundings, tissue: impl Fn(usize) -> TissueAt) -> Happened {
         let mut happened = Happened::default();
         if !(seconds > 0.0 && seconds.is_finite()) {

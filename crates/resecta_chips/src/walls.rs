@@ -196,14 +196,14 @@ impl Sheath {
     }
 }
 
-/// What is known of tissue at a chip's middle in a step.
+/// What is known of tissue at a chip's centre in a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TissueAt {
-    /// Nothing: nobody looked. A chip that moves meets none then, one that lies stays lying.
+    /// Nothing, as no probe was made. Nothing acts on a moving chip then, and a fixed one stays fixed.
     Unknown,
-    /// None is near.
+    /// None within 3 mm.
     Far,
-    /// It is near.
+    /// Tissue within 3 mm.
     Near(TissueNear),
 }
 
@@ -217,7 +217,7 @@ impl TissueAt {
     }
 }
 
-/// Tissue near a chip's middle.
+/// Tissue near a chip's centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TissueNear {
     /// Unit vector out of the tissue.

@@ -102,11 +102,6 @@ impl Collider {
         }
     }
 
-    /// The hierarchy; its leaves are patches.
-    pub fn bvh(&self) -> &Bvh {
-        &self.bvh
-    }
-
     /// The leaves of the hierarchy that may meet something, by what is asked of the bounds of a node of it. The bounds of their runs are
     /// brought up to date.
     pub(crate) fn leaves(&mut self, skin: &Skin, is_met: impl Fn(Vec3, Vec3) -> bool) -> Vec<u32> {

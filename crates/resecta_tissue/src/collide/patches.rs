@@ -349,18 +349,18 @@ impl Patches {
     ///
     /// A vertex is a mean of the nodes that carry it, so the box around those holds it: they are a few, where vertices are hundreds. What a
     /// query comes near asks for more ([`Patches::refresh_runs`]).
-    pub fn refresh(&mut self, place: impl Fn(u32) -> Vec3, mut told: impl FnMut(u32, Option<(Vec3, Vec3)>)) {
+    pub fn refresh(&mut self, place: impl Fn(u32) -> Vec3, mut report: impl FnMut(u32, Option<(Vec3, Vec3)>)) {
         self.stale.sort_unstable();
         for number in self.stale.drain(..) {
             let patch = &mut self.all[number as usize];
             patch.is_stale = false;
             if patch.slots.is_empty() {
                 self.free.push(number);
-                told(number, None);
+                report(number, None);
                 continue;
             }
             patch.has_stale_runs = true;
-            told(number, Some(bounds_of(patch.carriers.iter().map(|&node| place(node)))));
+            report(number, Some(bounds_of(patch.carriers.iter().map(|&node| place(node)))));
         }
     }
 

@@ -273,12 +273,13 @@ fn under_axis(skin: &Skin, pentahedron: u32, (number, part): (u32, &PartSweep), 
         let corners = triangle.map(|node| solver.position(node));
         let [a, b, c] = corners;
         let inward = inward_of(corners);
-        let mut places: Vec<Vec3> = Vec::new();
+        let (mut places, mut count) = ([Vec3::INFINITY; MOST_UNDER], 0);
         for weights in [&part.to, &part.from].into_iter().flat_map(|axis| under(axis, corners)) {
             let place = a * weights[0] + b * weights[1] + c * weights[2];
             if is_apart(place, &places) {
-                let number = number * MOST_UNDER + places.len() as u32;
-                places.push(place);
+                let number = number * MOST_UNDER as u32 + count as u32;
+                places[count] = place;
+                count += 1;
                 let id = SampleId::Face { slot, steps: 0, number };
                 found(Sample {
                     id,
@@ -298,7 +299,7 @@ fn inward_of([a, b, c]: [Vec3; 3]) -> Vec3 {
 }
 
 /// Most points of a face that lie under the axis where a step begins and where it ends.
-const MOST_UNDER: u32 = 4;
+const MOST_UNDER: usize = 4;
 /// Points nearer to each other than this hold the same, mm.
 const SAME_MM: f32 = 0.1;
 
