@@ -134,6 +134,10 @@ const ADVICE: &[(MetricId, &str)] = &[
         MetricId::BlindTime,
         "Do not go on blind: stop, close the vessel that clouds the water, and let it clear.",
     ),
+    (
+        MetricId::HiddenShare,
+        "Keep water before the lens: where tissue fills the picture, draw the sheath back or turn it away.",
+    ),
 ];
 
 /// Harm that is told first, also where no line scores it or its line waits for something else: what is practised without care for it

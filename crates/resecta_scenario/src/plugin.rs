@@ -149,6 +149,7 @@ impl Plugin for ScenarioPlugin {
                         observe_chips,
                         sight::observe_landmark.after(clearance::measure),
                         sight::observe_seen,
+                        sight::observe_hidden,
                         marked_way::observe_marked_way,
                     )
                         .chain()
@@ -313,6 +314,7 @@ fn measure(
     metrics.current.observe(&step);
     metrics.motion.observe(&step);
     metrics.water.observe(&step);
+    metrics.view.observe(&step);
     metrics.chips.observe(&step);
     metrics.contact_error.observe(&step);
     if step.current_on_capsule

@@ -6,7 +6,11 @@ use resecta_fluid::{RedOut, Turbidity};
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_tissue::TissueRays;
 
-use crate::{active::ActiveExercise, metrics::StepObservation, steps::StepProgress};
+use crate::{
+    active::ActiveExercise,
+    metrics::{Metrics, StepObservation},
+    steps::StepProgress,
+};
 
 /// How far the light of the lens reaches, mm. Our choice: about the length of a prostatic urethra.
 pub const FAR_MM: f32 = 45.0;
@@ -19,6 +23,12 @@ const LEAST_LIGHT: f64 = 0.15;
 /// thirds of the way to the rim. Our choice: a lens that looks 30 degrees downwards has tissue before its middle where it works, and sees along the
 /// sheath above that.
 const BESIDE_DEG: f32 = 25.0;
+/// A lens that sees no further anywhere shows a patch of tissue and not where in the urethra it is, mm: so wide is what it sees of a
+/// wall there. Our choice, by pictures of demonstrations.
+pub const HIDES_MM: f32 = 4.0;
+/// Whether tissue hides what the lens looks at is measured once in so many steps: each tenth of a second at 60 a second, in which a
+/// picture changes little.
+const HIDDEN_EVERY: u64 = 6;
 
 /// What the lens of the exercise in play sees. A system that has it reads the tissue by [`Sight::rays`]. Costs a ray where it is asked
 /// and nothing where it is not.
@@ -66,7 +76,7 @@ impl Sight<'_, '_> {
         if self.light_from(far) < LEAST_LIGHT {
             return Some(Unseen::InMurk);
         }
-        let hit = self.first_hit_mm(eye, way);
+        let hit = self.hit_within_mm(eye, way, far);
         hit.is_some_and(|hit| hit <= far - UNDER_MM)
             .then_some(Unseen::BehindTissue)
     }
@@ -75,17 +85,23 @@ impl Sight<'_, '_> {
     /// steps when a quick sheath runs into it. None without an instrument that looks.
     pub fn ahead_mm(&mut self) -> Option<f32> {
         let lens = self.lens()?;
-        Some(self.along(lens, Vec3::NEG_Z))
+        Some(self.along(lens, Vec3::NEG_Z, FAR_MM))
     }
 
     /// How far the lens sees where it sees furthest, in the middle or beside it, mm, [`FAR_MM`] at most; 0 where tissue lies all about
     /// it. None without an instrument that looks.
     pub fn sees_mm(&mut self) -> Option<f32> {
         let lens = self.lens()?;
-        let aside = BESIDE_DEG.to_radians().tan();
-        let beside = [Vec3::Y, Vec3::NEG_Y, Vec3::NEG_X, Vec3::X].map(|side| Vec3::NEG_Z + aside * side);
-        let far = beside.map(|direction| self.along(lens, direction));
-        Some(far.into_iter().fold(self.along(lens, Vec3::NEG_Z), f32::max))
+        let far = looks().map(|direction| self.along(lens, direction, FAR_MM));
+        Some(far.into_iter().fold(0.0, f32::max))
+    }
+
+    /// Whether tissue less than [`HIDES_MM`] from the lens hides what it looks at, in the middle of its picture and beside it.
+    pub fn is_hidden(&mut self) -> bool {
+        let Some(lens) = self.lens() else {
+            return false;
+        };
+        (looks().into_iter()).all(|direction| self.along(lens, direction, HIDES_MM) < HIDES_MM)
     }
 
     fn lens(&self) -> Option<Isometry3d> {
@@ -94,16 +110,17 @@ impl Sight<'_, '_> {
         Some(scope.lens_pose(state))
     }
 
-    /// How far it is to tissue from a lens, in a direction in its frame, mm.
-    fn along(&mut self, lens: Isometry3d, direction: Vec3) -> f32 {
-        let hit = self.first_hit_mm(lens.translation.into(), lens.rotation * direction);
-        hit.map_or(FAR_MM, |hit| hit.min(FAR_MM))
+    /// How far it is to tissue from a lens, in a direction in its frame, mm, `reach_mm` at most.
+    fn along(&mut self, lens: Isometry3d, direction: Vec3, reach_mm: f32) -> f32 {
+        let hit = self.hit_within_mm(lens.translation.into(), lens.rotation * direction, reach_mm);
+        hit.map_or(reach_mm, |hit| hit.min(reach_mm))
     }
 
-    /// How far from a place a ray first meets the exercise's tissue, mm; 0 from a place within it.
-    pub fn first_hit_mm(&mut self, from: Vec3, direction: Vec3) -> Option<f32> {
+    /// How far from a place a ray first meets the exercise's tissue, mm; 0 from a place within it. Tissue further than
+    /// `reach_mm` may be passed over.
+    fn hit_within_mm(&mut self, from: Vec3, direction: Vec3, reach_mm: f32) -> Option<f32> {
         let tissue = self.active.as_ref()?.tissue;
-        self.rays.first_hit_mm(tissue, from, direction)
+        self.rays.first_hit_mm(tissue, from, direction, reach_mm)
     }
 
     /// Share of the light that comes back from a distance, mm, 0 to 1: in murk one sees what is near.
@@ -115,13 +132,32 @@ impl Sight<'_, '_> {
     }
 }
 
-/// Measures how far the lens sees for a step that asks for it; nothing is done in one that does not.
+/// Where the lens looks in its own frame: in the middle of its picture, and above, below, left and right of it.
+fn looks() -> [Vec3; 5] {
+    let aside = BESIDE_DEG.to_radians().tan();
+    [Vec3::ZERO, Vec3::Y, Vec3::NEG_Y, Vec3::NEG_X, Vec3::X].map(|side| Vec3::NEG_Z + aside * side)
+}
+
+/// Measures how far the lens sees for a step that asks for it.
 pub(crate) fn observe_seen(progress: Res<StepProgress>, mut sight: Sight, mut step: ResMut<StepObservation>) {
     let is_asked = sight.active.as_ref().is_some_and(|active| {
         let present = progress.present(&active.exercise);
         present.is_some_and(|present| present.seeing_mm.is_some())
     });
     step.sees_mm = is_asked.then(|| sight.sees_mm()).flatten().map(f64::from);
+}
+
+/// Measures now and then whether tissue hides what the lens looks at.
+pub(crate) fn observe_hidden(
+    metrics: Res<Metrics>,
+    mut sight: Sight,
+    mut step: ResMut<StepObservation>,
+    mut latest: Local<bool>,
+) {
+    if metrics.steps.is_multiple_of(HIDDEN_EVERY) {
+        *latest = sight.is_hidden();
+    }
+    step.is_hidden = *latest;
 }
 
 /// How a landmark that the present step is about stands to the instrument.

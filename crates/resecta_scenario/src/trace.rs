@@ -38,6 +38,8 @@ pub struct TraceRow {
     pub overlap: Overlap,
     /// Pentahedra without volume or turned inside out.
     pub inverted: u32,
+    /// Whether tissue close before the lens hid all that it looks at.
+    pub is_hidden: bool,
     /// Whether the loop was on the capsule with current on.
     pub current_on_capsule: bool,
     /// Volume removed since the start, mm³ at rest.
@@ -50,7 +52,7 @@ pub struct TraceRow {
 
 /// The columns of [`Trace::write_csv`].
 pub const COLUMNS: &str = "step,time_s,insertion_mm,pitch_deg,yaw_deg,roll_deg,stroke_mm,inflow_tap,outflow_tap,cut,coagulate,\
-    tip_x_mm,tip_y_mm,tip_z_mm,contacts,largest_depth_mm,force_n,patch_force_n,overlap_mm,thin_overlap_mm,overlap_mm3,inverted,current_on_capsule,\
+    tip_x_mm,tip_y_mm,tip_z_mm,contacts,largest_depth_mm,force_n,patch_force_n,overlap_mm,thin_overlap_mm,overlap_mm3,inverted,hidden,current_on_capsule,\
     removed_mm3,marked_removed_share,steps_done";
 
 impl TraceRow {
@@ -67,6 +69,7 @@ impl TraceRow {
             patch_force_n: step.patch_force_n,
             overlap: step.overlap,
             inverted: step.inverted,
+            is_hidden: step.is_hidden,
             current_on_capsule: step.current_on_capsule,
             removed_mm3: metrics.value(MetricId::Removed),
             marked_removed_share: metrics.value(MetricId::MarkedRemovedShare),
@@ -94,6 +97,7 @@ impl Trace {
                 ..
             } = row;
             let TraceRow {
+                is_hidden,
                 current_on_capsule,
                 removed_mm3,
                 marked_removed_share,
@@ -117,11 +121,12 @@ impl Trace {
                 deepest_in_thin_mm,
                 volume_mm3,
             } = row.overlap;
-            let [cut, coagulate, current_on_capsule] = [*cut, *coagulate, *current_on_capsule].map(u8::from);
+            let [cut, coagulate, is_hidden, current_on_capsule] =
+                [*cut, *coagulate, *is_hidden, *current_on_capsule].map(u8::from);
             writeln!(
                 out,
                 "{step},{time_s},{insertion_mm},{pitch_deg},{yaw_deg},{roll_deg},{stroke_mm},{inflow_tap},{outflow_tap},\
-                 {cut},{coagulate},{x},{y},{z},{contacts},{largest_depth_mm},{force_n},{patch_force_n},{deepest_mm},{deepest_in_thin_mm},{volume_mm3},{inverted},\
+                 {cut},{coagulate},{x},{y},{z},{contacts},{largest_depth_mm},{force_n},{patch_force_n},{deepest_mm},{deepest_in_thin_mm},{volume_mm3},{inverted},{is_hidden},\
                  {current_on_capsule},{removed_mm3},{marked_removed_share},{steps_done}"
             )?;
         }
@@ -142,7 +147,7 @@ mod tests {
         trace.write_csv(&mut bytes).unwrap();
         let text = String::from_utf8(bytes).unwrap();
         let fields: Vec<usize> = text.lines().map(|line| line.split(',').count()).collect();
-        assert_eq!(fields, [26; 4], "{text}");
+        assert_eq!(fields, [27; 4], "{text}");
         assert!(
             text.lines()
                 .all(|line| line.split(',').all(|field| !field.trim().is_empty())),

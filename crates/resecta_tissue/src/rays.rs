@@ -21,14 +21,14 @@ impl TissueRays<'_, '_> {
 
     /// How far from a point a ray first meets a tissue, mm; none if it does not, for an entity that is no tissue, and for numbers
     /// that are not finite. 0 from a point within the tissue, which the ray would leave. The direction may have any length but 0.
-    pub fn first_hit_mm(&mut self, tissue: Entity, from: Vec3, direction: Vec3) -> Option<f32> {
+    pub fn first_hit_mm(&mut self, tissue: Entity, from: Vec3, direction: Vec3, reach_mm: f32) -> Option<f32> {
         let direction = direction.try_normalize().filter(|_| from.is_finite())?;
         let (mut tissue, mut collider) = self.tissues.get_mut(tissue).ok()?;
         // What is brought up to date here is no change of the tissue.
         let (tissue, collider) = (tissue.bypass_change_detection(), collider.bypass_change_detection());
         collider.update(&Skin::of(tissue));
         let Tissue { solver, fine, .. } = tissue;
-        let (mm, outward) = collider.first_hit(solver, fine.as_mut(), from, direction)?;
+        let (mm, outward) = collider.first_hit(solver, fine.as_mut(), from, direction, reach_mm)?;
         Some(if outward > 0 { 0.0 } else { mm })
     }
 }

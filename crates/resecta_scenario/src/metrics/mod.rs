@@ -12,6 +12,7 @@ mod observation;
 mod removal;
 mod sphincter;
 mod table;
+mod view;
 mod water;
 
 use std::collections::BTreeMap;
@@ -29,6 +30,7 @@ pub use observation::StepObservation;
 pub use removal::Removal;
 pub use sphincter::SphincterInjuries;
 pub use table::{Better, MetricId, MetricInfo};
+pub use view::View;
 pub use water::{BloodAndWater, WaterStep};
 
 /// Everything measured of the run so far. Reset when an exercise starts; read values with [`Metrics::value`].
@@ -51,6 +53,8 @@ pub struct Metrics {
     pub motion: TipMotion,
     /// What blood and water did.
     pub water: BloodAndWater,
+    /// What the lens saw.
+    pub view: View,
     /// Steps of the exercise that are done.
     pub steps_done: u32,
     /// Where the cut tissue is.
@@ -109,6 +113,7 @@ impl Metrics {
             MetricId::Absorbed => water.absorbed_ml,
             MetricId::StepsDone => f64::from(self.steps_done),
             MetricId::BlindTime => water.blind_s,
+            MetricId::HiddenShare => ratio(self.view.hidden_s, self.elapsed_s()),
             MetricId::ChipsInBladder => chips.in_body_g,
             MetricId::ChipsFlushed => chips.flushed_g,
             MetricId::Extension(metric) => self.extension(metric),

@@ -312,9 +312,13 @@ mod tests {
                     prop_assert_eq!(kept.holds(solver, fine.as_mut(), point), around > 0.5, "{} around", around);
                 }
                 let Tissue { solver, fine, .. } = &mut tissue;
-                let hit = kept.first_hit(solver, fine.as_mut(), a, b - a);
+                let hit = kept.first_hit(solver, fine.as_mut(), a, b - a, f32::INFINITY);
                 let of_all = first_of_all(&Skin::of(&tissue), &Ray::new(a, b - a));
                 prop_assert_eq!(hit, of_all);
+                let Tissue { solver, fine, .. } = &mut tissue;
+                let within = kept.first_hit(solver, fine.as_mut(), a, b - a, 0.5);
+                let is_near = |hit: &(f32, i32)| hit.0 <= 0.5;
+                prop_assert_eq!(within.filter(is_near), of_all.filter(is_near));
                 let mut known: Option<Nearest> = None;
                 for share in [0.0, 0.3, 0.6, 1.0] {
                     let point = a.lerp(b, share);

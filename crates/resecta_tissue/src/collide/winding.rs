@@ -27,6 +27,8 @@ pub(super) struct Ray {
     direction: Vec3,
     /// 1 over each component of the direction: boxes are many.
     inverse: Vec3,
+    /// How far along it boxes are looked for, as a share of the direction.
+    reach: f32,
 }
 
 impl Collider {
@@ -60,15 +62,20 @@ impl Collider {
     }
 
     /// How far from a point, in a direction of any length and in units of it, a ray first meets the surface, and 1 where it leaves
-    /// the tissue there, -1 where it enters; none if it does not. Brings what vertices it needs to where the tissue is.
+    /// the tissue there, -1 where it enters; none if it does not. What lies further than `reach`, in units of the direction, may be passed over.
+    /// Brings what vertices it needs to where the tissue is.
     pub(crate) fn first_hit(
         &mut self,
         solver: &resecta_solver::Tissue,
         fine: Option<&mut Fine>,
         from: Vec3,
         direction: Vec3,
+        reach: f32,
     ) -> Option<(f32, i32)> {
-        let ray = Ray::new(from, direction);
+        let ray = Ray {
+            reach,
+            ..Ray::new(from, direction)
+        };
         let mut first = None;
         self.crossings(solver, fine, &ray, |share, outward| {
             let hit = (share, outward);
@@ -117,13 +124,14 @@ impl Ray {
             from,
             direction,
             inverse: 1.0 / direction,
+            reach: f32::INFINITY,
         }
     }
 
     fn meets_box(&self, low: Vec3, high: Vec3) -> bool {
         let (one, other) = ((low - self.from) * self.inverse, (high - self.from) * self.inverse);
         let (enters, leaves) = (one.min(other).max_element(), one.max(other).min_element());
-        enters <= leaves && leaves >= 0.0
+        enters <= leaves.min(self.reach) && leaves >= 0.0
     }
 
     /// Where the ray meets a triangle that is outward by the right-hand rule, as a share of its direction, and 1 where it leaves

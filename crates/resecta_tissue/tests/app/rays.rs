@@ -5,6 +5,9 @@ use resecta_tissue::{TissueRays, prelude::*};
 
 use crate::scenes::{app, checked, small_block};
 
+/// Longer than any way to the block here, mm.
+const REACH_MM: f32 = 50.0;
+
 #[test]
 fn a_ray_meets_what_it_enters_and_from_within_it_is_there_already() {
     for detail in [CutDetail::Elements, CutDetail::default()] {
@@ -14,7 +17,7 @@ fn a_ray_meets_what_it_enters_and_from_within_it_is_there_already() {
         app.update();
         // The top of the block is at z = 12.
         let mut first_hit_mm = |from: Vec3, direction: Vec3| {
-            let look = move |mut rays: TissueRays| rays.first_hit_mm(tissue, from, direction);
+            let look = move |mut rays: TissueRays| rays.first_hit_mm(tissue, from, direction, REACH_MM);
             app.world_mut().run_system_once(look).expect("a world with tissues")
         };
         let (above, within) = (Vec3::new(0.3, 0.2, 16.0), Vec3::new(0.3, 0.2, 9.0));
