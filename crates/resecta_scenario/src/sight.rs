@@ -76,7 +76,8 @@ impl Sight<'_, '_> {
         if self.light_from(far) < LEAST_LIGHT {
             return Some(Unseen::InMurk);
         }
-        let hit = self.hit_within_mm(eye, way, far);
+        // From within tissue a ray may leave it beyond the place.
+        let hit = self.hit_within_mm(eye, way, f32::INFINITY);
         hit.is_some_and(|hit| hit <= far - UNDER_MM)
             .then_some(Unseen::BehindTissue)
     }
@@ -85,18 +86,19 @@ impl Sight<'_, '_> {
     /// steps when a quick sheath runs into it. None without an instrument that looks.
     pub fn ahead_mm(&mut self) -> Option<f32> {
         let lens = self.lens()?;
-        Some(self.along(lens, Vec3::NEG_Z, FAR_MM))
+        Some(self.along(lens, Vec3::NEG_Z, f32::INFINITY).min(FAR_MM))
     }
 
     /// How far the lens sees where it sees furthest, in the middle or beside it, mm, [`FAR_MM`] at most; 0 where tissue lies all about
     /// it. None without an instrument that looks.
     pub fn sees_mm(&mut self) -> Option<f32> {
         let lens = self.lens()?;
-        let far = looks().map(|direction| self.along(lens, direction, FAR_MM));
-        Some(far.into_iter().fold(0.0, f32::max))
+        let far = looks().map(|direction| self.along(lens, direction, f32::INFINITY));
+        Some(far.into_iter().fold(0.0, f32::max).min(FAR_MM))
     }
 
-    /// Whether tissue less than [`HIDES_MM`] from the lens hides what it looks at, in the middle of its picture and beside it.
+    /// Whether tissue less than [`HIDES_MM`] from the lens hides what it looks at, in the middle of its picture and beside it. A lens that
+    /// lay deeper than that in tissue would not be told from a free one.
     pub fn is_hidden(&mut self) -> bool {
         let Some(lens) = self.lens() else {
             return false;
@@ -116,7 +118,7 @@ impl Sight<'_, '_> {
         hit.map_or(reach_mm, |hit| hit.min(reach_mm))
     }
 
-    /// How far from a place a ray first meets the exercise's tissue, mm; 0 from a place within it. Tissue further than
+    /// How far from a place a ray first meets the exercise's tissue, mm; 0 from a place within it. Surface further than
     /// `reach_mm` may be passed over.
     fn hit_within_mm(&mut self, from: Vec3, direction: Vec3, reach_mm: f32) -> Option<f32> {
         let tissue = self.active.as_ref()?.tissue;
