@@ -3,7 +3,8 @@
 
 use resecta_field::Changes;
 
-/// Entries that are kept; beyond, whoever has not read them looks at the whole surface.
+/// Entries that are kept; beyond, the older half goes. Whoever has not read that looks at the whole surface, which takes 50 ms of a gland
+/// late in an operation. The younger half holds some seconds of strokes: who reads in every step, or every frame, never falls so far back.
 const MOST: usize = 1 << 16;
 
 /// The changes of the last cuts, each with the version of the surface that it led to, rising.
@@ -46,10 +47,7 @@ impl ChangeLog {
     pub fn note(&mut self, version: u64, changes: &Changes, chunk: impl Fn(u32) -> Option<u32>) {
         let known = self.triangles.len() + self.chunks.len() + self.nodes.len();
         if known + changes.triangles.len() > MOST {
-            self.triangles.clear();
-            self.chunks.clear();
-            self.nodes.clear();
-            self.from = self.to;
+            self.forget_older_half();
         }
         self.to = version;
         self.triangles
@@ -61,6 +59,14 @@ impl ChangeLog {
                 Some(_) => (),
                 None => self.nodes.push((version, vertex)),
             }
+        }
+    }
+
+    fn forget_older_half(&mut self) {
+        let middle = self.triangles.get(self.triangles.len() / 2);
+        self.from = middle.map_or(self.to, |(version, _)| *version);
+        for entries in [&mut self.triangles, &mut self.chunks, &mut self.nodes] {
+            entries.drain(..entries.partition_point(|(at, _)| *at <= self.from));
         }
     }
 
@@ -104,9 +110,32 @@ mod tests {
         assert_eq!(read(&log, 0), Some((vec![5, 6, 6], vec![1, 2, 2], vec![4])));
         assert_eq!(read(&log, 3), Some((vec![6], vec![2], vec![])));
         assert_eq!(read(&log, 4), Some((vec![], vec![], vec![])));
+        // The older half goes, a version is forgotten as a whole.
         let many: Vec<u32> = (0..MOST as u32).collect();
         note(&mut log, 7, &many, &[]);
-        assert_eq!(read(&log, 3), None);
-        assert_eq!(read(&log, 4), Some((many, vec![], vec![])));
+        assert_eq!(read(&log, 0), None);
+        let all: Vec<u32> = [6].into_iter().chain(many).collect();
+        assert_eq!(read(&log, 3), Some((all, vec![2], vec![])));
+    }
+
+    #[test]
+    fn a_reader_of_every_step_never_falls_back_and_the_log_stays_short() {
+        /// Cuts of a step.
+        const CUTS: u64 = 3;
+        let mut log = ChangeLog::default();
+        let mut read = 0;
+        for version in 1..4000 {
+            let changes = Changes {
+                triangles: (0..97).collect(),
+                vertices: vec![8, 9],
+            };
+            log.note(version, &changes, |vertex| Some(vertex / 8));
+            if version % CUTS == 0 {
+                let since = log.since(read).expect("what changed since the last step is known");
+                assert_eq!(since.triangles().count() as u64, 97 * CUTS);
+                read = version;
+            }
+            assert!(log.triangles.len() + log.chunks.len() <= MOST + 97);
+        }
     }
 }
