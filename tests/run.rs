@@ -63,6 +63,13 @@ fn equal_runs_write_equal_bytes_on_one_thread_or_two_but_for_their_wall_times() 
     let last = rows.last().unwrap().split(',').nth(column).unwrap();
     assert_eq!(last.parse::<f64>().unwrap(), value("removed_mm3"));
 
+    // Stages follow each other without a gap: together they are all of the time.
+    let timing: serde_json::Value = serde_json::from_str(&read("timing.json")).unwrap();
+    let of_stage = |stage: &serde_json::Value| stage["wall_s"].as_f64().unwrap();
+    let of_stages: f64 = timing["stages"].as_array().unwrap().iter().map(of_stage).sum();
+    let share = of_stages / timing["simulate_s"].as_f64().unwrap();
+    assert!((share - 1.0).abs() < 0.05, "{share}: {timing}");
+
     // The mesh holds what was not removed.
     let gland = read("gland.vtu");
     let [rest_volumes, fill] = ["rest_volume", "fill"].map(|name| numbers(&gland, name));

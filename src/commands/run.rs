@@ -27,7 +27,7 @@ use resecta::{
 
 use super::{
     Failure, files, library, quiet_log, score,
-    timing::{Stopwatch, Timing},
+    timing::{StageClockPlugin, Stopwatch, Timing},
 };
 
 /// Name of the run's record among the results.
@@ -135,7 +135,7 @@ impl Run {
         if self.frames.is_none() {
             quiet_log(&mut app);
         }
-        app.add_plugins(RecorderPlugin);
+        app.add_plugins((RecorderPlugin, StageClockPlugin));
         input.add_plugins(&mut app);
         let longest_s = loaded.exercise.limits.time_s.min(duration_s(&input));
         input.clone().start(&mut app, prepared);
@@ -143,14 +143,14 @@ impl Run {
         let prepare = begun.elapsed();
 
         let progress = progress_bar("steps", (longest_s * STEP_HZ).ceil() as u64);
-        let mut stopwatch = Stopwatch::start();
+        let mut stopwatch = Stopwatch::start(app.world());
         let ended = headless::play(&mut app, |world| {
             let steps = headless::steps(world);
             // The first update takes no step: it starts the clocks, of the app and of the stop watch.
             if steps == 0 {
-                stopwatch = Stopwatch::start();
+                stopwatch = Stopwatch::start(world);
             } else {
-                stopwatch.step(world.resource::<TissueDiagnostics>());
+                stopwatch.step(world);
             }
             progress.set_position(steps);
         });
@@ -158,7 +158,7 @@ impl Run {
 
         let world = app.world();
         let report = report(world);
-        let mut timing = stopwatch.timing(self.threads, prepare, report.run.step_s);
+        let mut timing = stopwatch.timing(world, self.threads, prepare, report.run.step_s);
         files::remove_pictures(&self.out)?;
         write_results(&self.out, world, &report)?;
         if let Some(record) = app.world_mut().resource_mut::<RunRecorder>().take() {

@@ -23,6 +23,8 @@ pub struct TissueDiagnostics {
     pub integrate: Duration,
     /// Writing components.
     pub write_back: Duration,
+    /// Answering probes.
+    pub probe: Duration,
     /// Rebuilding or moving the visible mesh.
     pub rebuild_mesh: Duration,
     /// Living nodes.
@@ -61,7 +63,7 @@ pub struct TissueDiagnostics {
 impl TissueDiagnostics {
     /// Time of the whole step.
     pub fn step(&self) -> Duration {
-        self.prepare + self.collide + self.resect + self.integrate + self.write_back + self.rebuild_mesh
+        self.prepare + self.collide + self.resect + self.integrate + self.write_back + self.probe + self.rebuild_mesh
     }
 
     /// Clears what counts one step.

@@ -8,6 +8,7 @@ use bevy::prelude::*;
 use crate::{
     collide::{Collider, Face, reach_mm},
     components::Tissue,
+    diagnostics::{TissueDiagnostics, timed},
     skin::Skin,
 };
 
@@ -74,9 +75,18 @@ pub(crate) fn any_probe(probes: Query<(), With<TissueProbe>>) -> bool {
 
 /// Answers the probes.
 pub(crate) fn probe(
+    tissues: Query<(Entity, &mut Tissue, &mut Collider)>,
+    probes: Query<(&mut TissueProbe, &mut Before)>,
+    mut known_tissues: Local<Vec<Entity>>,
+    mut diagnostics: ResMut<TissueDiagnostics>,
+) {
+    timed(&mut diagnostics.probe, || answer(tissues, probes, &mut known_tissues));
+}
+
+fn answer(
     mut tissues: Query<(Entity, &mut Tissue, &mut Collider)>,
     mut probes: Query<(&mut TissueProbe, &mut Before)>,
-    mut known_tissues: Local<Vec<Entity>>,
+    known_tissues: &mut Vec<Entity>,
 ) {
     let mut ordered: Vec<_> = tissues.iter_mut().collect();
     ordered.sort_unstable_by_key(|(_, tissue, _)| tissue.ordinal);
