@@ -608,7 +608,7 @@ fn coagulation_is_read_back_on_what_is_cut_later() {
     let positions = current(&rest, |place| place);
     let mut field = block_field([6, 6, 6], 2.0, 0.5);
     let middle = DVec3::new(6.0, 6.0, 12.0);
-    let changed = field.coagulate(middle, 1.0, 2.0, &positions).expect("a good ball");
+    let changed = field.coagulate(&[middle], 1.0, 2.0, &positions).expect("a good ball");
     assert!(!changed.is_empty());
     assert_sound(&field, "coagulated");
     assert_eq!(field.volume_mm3(), field.initial_volume_mm3());
@@ -625,4 +625,41 @@ fn coagulation_is_read_back_on_what_is_cut_later() {
         let exact = (3.0 - places[vertex as usize].as_dvec3().distance(middle)).max(0.0) as f32;
         assert!((depth - exact).abs() < 0.15, "{depth} against {exact}");
     }
+}
+
+#[test]
+fn balls_coagulate_together_as_one_after_the_other() {
+    let (rest, _) = block([6, 6, 6], 2.0);
+    let positions = current(&rest, |place| place);
+    let centres: Vec<DVec3> = (0..5)
+        .map(|n| DVec3::new(3.0 + 1.3 * f64::from(n), 6.2, 11.8))
+        .collect();
+    let coagulated = |balls: &[&[DVec3]]| {
+        let mut field = block_field([6, 6, 6], 2.0, 0.5);
+        for centres in balls {
+            field.coagulate(centres, 1.0, 2.0, &positions).expect("good balls");
+        }
+        assert_sound(&field, "coagulated");
+        let slot = Tool::Sphere {
+            centre: DVec3::new(6.0, 6.0, 12.0),
+            radius_mm: 3.0,
+        };
+        field.cut(&slot, &positions).expect("a good tool");
+        let mut places = Vec::new();
+        field.move_vertices(&positions, &mut places).expect("as many as nodes");
+        let depth = |vertex: u32| field.surface().coagulation_mm()[vertex as usize].to_bits();
+        let place = |vertex: u32| places[vertex as usize].to_array().map(f32::to_bits);
+        let mut found: Vec<_> = field
+            .surface()
+            .triangles()
+            .flatten()
+            .map(|vertex| (place(vertex), depth(vertex)))
+            .collect();
+        found.sort_unstable();
+        found
+    };
+    let one_by_one: Vec<&[DVec3]> = centres.chunks(1).collect();
+    let together = coagulated(&[&centres]);
+    assert!(together.iter().any(|(_, depth)| *depth > 0));
+    assert!(together == coagulated(&one_by_one));
 }

@@ -193,10 +193,15 @@ fn positions_must_be_one_finite_place_a_node() {
     places[3].y = f32::NAN;
     assert_eq!(field.cut(&tool, &places), Err(FieldError::Position(3)));
     assert_eq!(
-        field.coagulate(DVec3::ZERO, 1.0, 1.0, &places),
+        field.coagulate(&[DVec3::ZERO], 1.0, 1.0, &places),
         Err(FieldError::Position(3))
     );
-    assert!(field.coagulate(DVec3::ZERO, f64::NAN, 1.0, &positions()).is_err());
+    assert!(field.coagulate(&[DVec3::ZERO], f64::NAN, 1.0, &positions()).is_err());
+    assert!(
+        field
+            .coagulate(&[DVec3::ZERO, DVec3::NAN], 1.0, 1.0, &positions())
+            .is_err()
+    );
     assert!(matches!(
         field.empty(&[99]),
         Err(FieldError::NoSuchPentahedron { index: 99, count: 16 })

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bevy::{ecs::system::SystemParam, prelude::*};
+use bevy::{ecs::system::SystemParam, math::DVec3, prelude::*};
 use resecta_field::{FieldError, Tool};
 use resecta_solver::{NodeKind, Resection};
 
@@ -120,14 +120,14 @@ pub(crate) fn cut(
             };
             let torn = cut.tear();
             cut.tell(torn, &mut commands, &mut reports, &mut diagnostics);
-            if let Some(fine) = &mut tissue.fine {
-                for found in contacts.burning() {
-                    let burns = tools[found.tool as usize].coagulates();
-                    let done = burns.then(|| fine.coagulate(&tissue.solver, found.place));
-                    if let Some(Err(error)) = done {
-                        reports.put_aside(entity, PutAsideSubject::Step, PutAsideReason::Field(error));
-                    }
-                }
+            let coagulates = |found: &&Found| tools[found.tool as usize].coagulates();
+            let burnt: Vec<DVec3> = (contacts.burning().iter().filter(coagulates))
+                .map(|found| found.place.as_dvec3())
+                .collect();
+            if let Some(fine) = tissue.fine.as_mut().filter(|_| !burnt.is_empty())
+                && let Err(error) = fine.coagulate(&tissue.solver, &burnt)
+            {
+                reports.put_aside(entity, PutAsideSubject::Step, PutAsideReason::Field(error));
             }
             let chip = tissue.fine.as_mut().and_then(|fine| fine.take_chip(&tissue.solver));
             if let Some((tool, chip)) = chip {

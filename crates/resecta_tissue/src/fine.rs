@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, VecDeque};
 
-use bevy::prelude::*;
+use bevy::{math::DVec3, prelude::*};
 use resecta_anatomy::wedge;
 use resecta_field::{CHUNK, Chip, ChipMaking, Field, FieldError, Holds, LoopStroke, Surface, SurfaceKind, Tool};
 use resecta_solver::{LoopSweep, NodeKind, with_widest_registers};
@@ -349,11 +349,11 @@ impl Fine {
         taken
     }
 
-    /// Coagulates the tissue around a point.
-    pub fn coagulate(&mut self, solver: &resecta_solver::Tissue, point: Vec3) -> Result<(), FieldError> {
+    /// Coagulates the tissue around some points.
+    pub fn coagulate(&mut self, solver: &resecta_solver::Tissue, points: &[DVec3]) -> Result<(), FieldError> {
         self.gather_nodes(solver);
         let (around, deep) = (COAGULATED_AROUND_MM, COAGULATED_DEEP_MM);
-        self.field.coagulate(point.as_dvec3(), around, deep, &self.nodes)?;
+        self.field.coagulate(points, around, deep, &self.nodes)?;
         self.note_changes();
         Ok(())
     }
@@ -395,7 +395,6 @@ fn longest_stretch(solver: &resecta_solver::Tissue, pentahedron: u32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bevy::math::DVec3;
     use resecta_solver::{Material, TissueMesh};
 
     /// A row of cubes of 2 mm, two pentahedra each.
