@@ -53,6 +53,8 @@ fn equal_runs_write_equal_bytes_on_one_thread_or_two_but_for_their_wall_times() 
     assert_eq!(report["run"]["ended"], "input_ended");
     assert!(value("removed_mm3") > 0.0, "the script was to cut: {report}");
     assert_eq!(value("strokes"), 2.0);
+    let inside = report["run"]["self_overlap_share"].as_f64().unwrap();
+    assert!((0.0..0.01).contains(&inside), "tissue in tissue: {inside}");
 
     // A row a step, and the last one is what the report says.
     let trace = read("trace.csv");

@@ -1,7 +1,7 @@
 //! The report of a run: everything another run is compared by, and nothing that depends on the machine's clock.
 
 use bevy::prelude::*;
-use resecta_tissue::Tissue;
+use resecta_tissue::{SelfOverlap, Tissue};
 use serde::Serialize;
 
 use crate::{
@@ -83,6 +83,9 @@ pub struct RunSummary {
     pub ended: Option<EndReason>,
     /// How far the simulation itself was off.
     pub contact_error: ContactError,
+    /// Share of the tissue's surface that lies inside of tissue now, another error of the simulation; none where it was not measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub self_overlap_share: Option<f64>,
 }
 
 /// A step of the exercise and when it was done.
@@ -122,6 +125,15 @@ impl Report {
             world.get_resource::<StepProgress>()?,
             state_hash(tissue.solver()),
         ))
+    }
+
+    /// The same with how much of the tissue lies inside itself, which takes a tenth of a second or some: no frame has that.
+    pub fn with_self_overlap(world: &World) -> Option<Self> {
+        let mut report = Self::of_world(world)?;
+        let active = world.get_resource::<ActiveExercise>()?;
+        let overlap = world.get::<Tissue>(active.tissue).map(SelfOverlap::of);
+        report.run.self_overlap_share = overlap.map(|overlap| overlap.share());
+        Some(report)
     }
 
     /// A report from its parts; `state_hash` is [`state_hash`] of the gland.
@@ -178,6 +190,7 @@ impl Report {
                     RunState::Briefing | RunState::Running => None,
                 },
                 contact_error: metrics.contact_error,
+                self_overlap_share: None,
             },
             score: score.clone(),
             steps: (exercise.steps.iter().enumerate())
