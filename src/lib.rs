@@ -37,6 +37,7 @@ pub mod budget;
 pub mod export;
 pub mod game;
 pub mod key_pictures;
+pub mod lumen;
 pub mod page;
 pub mod players;
 pub mod rates;

@@ -1,17 +1,17 @@
-//! `resecta accuracy`: speed against error of integrators, how exactly tissue is cut, what strokes leave, and what each part of the model errs
-//! by, in tables and charts.
+//! `resecta accuracy`: speed against error of integrators, how exactly tissue is cut, what strokes leave, how far water opens the lumen, and
+//! what each part of the model errs by, in tables and charts.
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use resecta::{assets, budget, scenario::Library, strokes::write_strokes};
+use resecta::{assets, budget, lumen::write_lumen, scenario::Library, strokes::write_strokes};
 use resecta_methods::{Progress, write_cuts, write_report};
 
 use super::Failure;
 
-/// Measure speed against error of many integrators in many kinds of scenes, cuts against exact solids, what strokes leave, and the error of
-/// each part of the model in scenes of an operation; write tables and charts (half an hour)
+/// Measure speed against error of many integrators in many kinds of scenes, cuts against exact solids, what strokes leave, how far water opens the
+/// lumen, and the error of each part of the model in scenes of an operation; write tables and charts (half an hour)
 #[derive(Args)]
 pub struct Accuracy {
     /// Folder to write to; what is in it under the same names is replaced
@@ -30,6 +30,8 @@ enum Part {
     Cuts,
     /// Twelve standard strokes on three glands (some minutes)
     Strokes,
+    /// The lumen under pressure, and what the lens then sees (a minute)
+    Lumen,
     /// The error budget: each part of the model in scenes of an operation (some 20 minutes)
     Budget,
 }
@@ -88,6 +90,15 @@ impl Accuracy {
                 "{} strokes: {}",
                 strokes.len(),
                 self.out.join("strokes.md").display()
+            ));
+        }
+        if self.measures(Part::Lumen) {
+            let library = Library::new(assets::find()?);
+            let lumen = write_lumen(&library, &self.out)?;
+            done.push(format!(
+                "the lumen under {} pressures: {}",
+                lumen.openings.len(),
+                self.out.join("lumen.md").display()
             ));
         }
         if self.measures(Part::Budget) {

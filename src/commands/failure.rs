@@ -10,6 +10,7 @@ use resecta::{
     budget::BudgetError,
     game::GameError,
     instrument::{RecordingError, ScriptError},
+    lumen::LumenError,
     rates::RateError,
     records::{Difference, ProgressError, RecordError},
     scenario::{ExerciseError, LoadCaseError},
@@ -46,6 +47,8 @@ pub enum Failure {
     Generate(#[from] GenerateError),
     #[error(transparent)]
     Strokes(#[from] StrokesError),
+    #[error(transparent)]
+    Lumen(#[from] LumenError),
     #[error(transparent)]
     Exercise(#[from] ExerciseError),
     #[error(transparent)]

@@ -26,6 +26,9 @@ const BESIDE_DEG: f32 = 25.0;
 /// A lens that sees no further anywhere shows a patch of tissue and not where in the urethra it is, mm: so wide is what it sees of a
 /// wall there. Our choice, by pictures of demonstrations.
 pub const HIDES_MM: f32 = 4.0;
+/// With one side free a picture shows a strip at its rim, and not where in the urethra it is. Our choice, by pictures of the way to the
+/// bladder neck.
+const FREE_SIDES: usize = 1;
 /// Whether tissue hides what the lens looks at is measured once in so many steps: each tenth of a second at 60 a second, in which a
 /// picture changes little.
 const HIDDEN_EVERY: u64 = 6;
@@ -97,13 +100,20 @@ impl Sight<'_, '_> {
         Some(far.into_iter().fold(0.0, f32::max).min(FAR_MM))
     }
 
-    /// Whether tissue less than [`HIDES_MM`] from the lens hides what it looks at, in the middle of its picture and beside it. A lens that
-    /// lay deeper than that in tissue would not be told from a free one.
+    /// Whether tissue less than [`HIDES_MM`] from the lens hides most of what it looks at: the middle of its picture and its sides, but
+    /// for one of these at most. A lens that lay deeper than that in tissue would not be told from a free one.
     pub fn is_hidden(&mut self) -> bool {
         let Some(lens) = self.lens() else {
             return false;
         };
-        (looks().into_iter()).all(|direction| self.along(lens, direction, HIDES_MM) < HIDES_MM)
+        let mut free = 0;
+        for direction in looks() {
+            free += usize::from(self.along(lens, direction, HIDES_MM) >= HIDES_MM);
+            if free > FREE_SIDES {
+                return false;
+            }
+        }
+        true
     }
 
     fn lens(&self) -> Option<Isometry3d> {

@@ -38,7 +38,7 @@ pub struct TraceRow {
     pub overlap: Overlap,
     /// Pentahedra without volume or turned inside out.
     pub inverted: u32,
-    /// Whether tissue close before the lens hid all that it looks at.
+    /// Whether tissue close before the lens hid most of what it looks at.
     pub is_hidden: bool,
     /// Whether the loop was on the capsule with current on.
     pub current_on_capsule: bool,

@@ -56,7 +56,7 @@ pub struct StepObservation {
     pub marked_way: Option<Vec3>,
     /// How far the lens sees where it sees furthest, mm, 45 at most. None in a step that counts for the blind, too.
     pub sees_mm: Option<f64>,
-    /// Whether tissue less than 4 mm from the lens hides all that it looks at, when this was last measured: each tenth of a second.
+    /// Whether tissue less than 4 mm from the lens hides most of what it looks at, when this was last measured: each tenth of a second.
     pub is_hidden: bool,
     /// Blood and water.
     pub water: WaterStep,

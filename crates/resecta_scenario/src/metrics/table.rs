@@ -139,7 +139,8 @@ metrics! {
     StepsDone = "steps_done", "Steps done", "1", More;
     /// Time in which less than 30 % of the light came back to the lens.
     BlindTime = "blind_s", "Time without a view", "s", Less;
-    /// Share of the time in which tissue less than 4 mm from the lens hid all that it looks at.
+    /// Share of the time in which tissue less than 4 mm from the lens hid most of what it looks at: four or five of five directions, the
+    /// middle of the picture and two thirds of the way to its rim.
     HiddenShare = "hidden_share", "Tissue before the lens", "1", Less;
     /// Mass of cut tissue that is still in bladder and urethra, shreds included; 0 where the exercise lets no chips float.
     ChipsInBladder = "chips_in_bladder_g", "Chips in the bladder", "g", Less;

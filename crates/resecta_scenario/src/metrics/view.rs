@@ -7,7 +7,7 @@ use super::StepObservation;
 /// What the lens saw so far.
 #[derive(Reflect, Debug, Clone, Copy, PartialEq, Default)]
 pub struct View {
-    /// Time in which tissue less than 4 mm from it hid all that it looks at, s.
+    /// Time in which tissue less than 4 mm from it hid most of what it looks at, s.
     pub hidden_s: f64,
 }
 

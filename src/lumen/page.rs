@@ -1,0 +1,178 @@
+//! `lumen.md`: how far water opens the lumen, and what the lens then sees.
+
+use std::{
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use resecta_instrument::ScriptError;
+use resecta_methods::{Chart, ReportError, Series, plain, table};
+use resecta_scenario::{ExerciseError, Library, LoadCaseError};
+
+use super::{
+    opening::{Opening, openings},
+    way::{Look, Sights, sights},
+};
+
+/// The gland that is looked at.
+const CASE: &str = "medium";
+/// Pressures that open its lumen, cmH2O: none first, which the closed form goes out from.
+const PRESSURES_CMH2O: [f64; 7] = [0.0, 2.5, 5.0, 10.0, 15.0, 20.0, 40.0];
+/// How far the taps are open: both, and with the inflow closed.
+const TAPS: [[f32; 2]; 2] = [[1.0, 1.0], [0.0, 1.0]];
+
+/// Why the lumen could not be measured.
+#[derive(Debug, thiserror::Error)]
+pub enum LumenError {
+    /// The exercise is at fault.
+    #[error(transparent)]
+    Exercise(#[from] ExerciseError),
+    /// The gland is at fault.
+    #[error(transparent)]
+    Case(#[from] LoadCaseError),
+    /// The way from pose to pose is at fault.
+    #[error(transparent)]
+    Script(#[from] ScriptError),
+    /// The chart could not be drawn.
+    #[error(transparent)]
+    Chart(#[from] ReportError),
+    /// A file or folder could not be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The raw results could not be written as JSON.
+    #[error("cannot write the results as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+}
+
+/// What was measured.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Lumen {
+    /// By pressure.
+    pub openings: Vec<Opening>,
+    /// By taps.
+    pub sights: Vec<Sights>,
+}
+
+/// Opens the lumen of the medium gland and looks along it, and writes `lumen.md`, its chart and `lumen.json` into a folder.
+///
+/// # Errors
+///
+/// [`LumenError`] names the file.
+pub fn write_lumen(library: &Library, out: &Path) -> Result<Lumen, LumenError> {
+    let openings = openings(library, CASE, &PRESSURES_CMH2O)?;
+    let sights: Result<_, _> = TAPS.into_iter().map(|taps| sights(library, taps)).collect();
+    let lumen = Lumen {
+        openings,
+        sights: sights?,
+    };
+    let write = |name: &str, text: String| {
+        let path = out.join(name);
+        fs::write(&path, text).map_err(|source| LumenError::Write { path, source })
+    };
+    fs::create_dir_all(out).map_err(|source| LumenError::Write {
+        path: out.into(),
+        source,
+    })?;
+    chart(&lumen.openings).draw(&out.join("lumen.svg"))?;
+    write("lumen.md", page(&lumen))?;
+    write("lumen.json", serde_json::to_string_pretty(&lumen)? + "\n")?;
+    Ok(lumen)
+}
+
+/// The axes are logarithmic: no pressure is not shown.
+fn chart(openings: &[Opening]) -> Chart {
+    let series = |name: &str, area: fn(&Opening) -> f64| Series {
+        name: name.into(),
+        points: (openings.iter().filter(|opening| opening.pressure_cmh2o > 0.0))
+            .map(|opening| (opening.pressure_cmh2o, area(opening)))
+            .collect(),
+    };
+    Chart {
+        caption: "Area of the lumen between verumontanum and bladder neck".into(),
+        axes: ["pressure, cmH2O", "area, mm²"],
+        marks: PRESSURES_CMH2O[1..].to_vec(),
+        series: vec![
+            series("gland, mean", |opening| opening.area_mm2),
+            series("gland, narrowest", |opening| opening.least_mm2),
+            series("round tube, closed form", |opening| opening.tube_mm2),
+        ],
+    }
+}
+
+fn page(lumen: &Lumen) -> String {
+    let mut text = String::from(
+        "# What water does to the lumen
+
+The medium gland, uncut, with the settings of `first_cuts`: its lumen after 4 s under a pressure, the instrument out of the way. Areas
+are those that the mucosa encloses in seven planes across the gland, over the middle three fifths of the way from the verumontanum to
+the bladder neck. The *tube* is round, of the same material on the same bed, with the areas of lumen and gland that are measured
+without pressure: Lamé's closed form, for small strains. A lumen whose lobes meet is not round: they part where a tube would have to
+stretch. Tissue bears no more than some 0.4 times its modulus; what is above that does not act (`crates/resecta_fluid/src/lumen.rs`).
+
+In men with an obstructed outlet it is the pressure that first opens the prostatic urethra that is raised, about equally along it
+(Graversen et al., J Urol 155:267-270, 1996, by their abstract: we have no numbers of theirs to compare with).
+
+![area of the lumen against pressure](lumen.svg)
+
+",
+    );
+    text += &table(
+        &["cmH2O", "area, mm²", "narrowest, mm²", "tube, mm²", "inside out"],
+        lumen.openings.iter().map(|opening| {
+            vec![
+                plain(opening.pressure_cmh2o),
+                format!("{:.1}", opening.area_mm2),
+                format!("{:.1}", opening.least_mm2),
+                format!("{:.1}", opening.tube_mm2),
+                opening.inverted.to_string(),
+            ]
+        }),
+    );
+    text += "\n## What the lens sees
+
+Ten poses on the way from the verumontanum to the bladder neck, as the demonstration of `orientation` goes it but with the tip raised
+until the neck is in the field, held for 1.5 s each in the water of `middle_lobe` (60 cm of water, an empty bladder that fills). *Lumen*: the
+pressure there. *Neck*: whether its middle is seen, or tissue is before it. *Sees*: how far it is to tissue in the furthest of five
+directions, 45 mm at most.
+
+";
+    for sights in &lumen.sights {
+        text += &of_taps(sights);
+    }
+    text += "To repeat: `cargo run --release -- accuracy --only lumen`. Raw numbers: [lumen.json](lumen.json).\n";
+    text
+}
+
+fn of_taps(sights: &Sights) -> String {
+    let count = |is_so: fn(&Look) -> bool| sights.looks.iter().filter(|look| is_so(look)).count();
+    let inflow = if sights.taps[0] > 0.0 { "open" } else { "closed" };
+    let mut text = format!(
+        "### Inflow {inflow}, outflow open
+
+The neck is seen in {} of {} poses. Tissue less than 4 mm from the lens hides most of the picture in {}. Pressure in the bladder at the end: {:.1} cmH2O.
+
+",
+        count(|look| look.sees_neck),
+        sights.looks.len(),
+        count(|look| look.is_hidden),
+        sights.bladder_cmh2o,
+    );
+    text += &table(
+        &["insertion, mm", "pitch, °", "lumen, cmH2O", "neck", "sees, mm"],
+        sights.looks.iter().map(|look| {
+            vec![
+                look.insertion_mm.to_string(),
+                format!("{:.1}", look.pitch_deg),
+                format!("{:.1}", look.pressure_cmh2o),
+                if look.sees_neck { "seen" } else { "hidden" }.into(),
+                format!("{:.1}", look.sees_mm),
+            ]
+        }),
+    );
+    text + "\n"
+}
