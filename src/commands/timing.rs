@@ -225,7 +225,7 @@ fn ms(time: Duration) -> f64 {
 }
 
 impl Stopwatch {
-    /// Starts timing the steps of an app, which is the world's.
+    /// Starts timing the steps of the app that has this world.
     pub fn start(world: &World) -> Self {
         let now = Instant::now();
         Self {

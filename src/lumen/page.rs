@@ -16,7 +16,7 @@ use super::{
 
 /// The gland that is looked at.
 const CASE: &str = "medium";
-/// Pressures that open its lumen, cmH2O: none first, which the closed form goes out from.
+/// Pressures that open its lumen, cmH2O: the first is none, from which the closed form starts.
 const PRESSURES_CMH2O: [f64; 7] = [0.0, 2.5, 5.0, 10.0, 15.0, 20.0, 40.0];
 /// How far the taps are open: both, and with the inflow closed.
 const TAPS: [[f32; 2]; 2] = [[1.0, 1.0], [0.0, 1.0]];
@@ -135,8 +135,9 @@ In men with an obstructed outlet it is the pressure that first opens the prostat
     );
     text += "\n## What the lens sees
 
-Ten poses on the way from the verumontanum to the bladder neck, as the demonstration of `orientation` goes it but with the tip raised
-until the neck is in the field, held for 1.5 s each in the water of `middle_lobe` (60 cm of water, an empty bladder that fills). *Lumen*: the
+Ten poses on the way from 9 mm below the verumontanum to 11 mm below the bladder neck, as the demonstration of `orientation` goes it but
+with the tip raised until the neck is in the field, held for 1.5 s each in the water of `middle_lobe` (60 cm of water, an empty bladder
+that fills). *Lumen*: the
 pressure there. *Neck*: whether its middle is seen, or tissue is before it. *Sees*: how far it is to tissue in the furthest of five
 directions, 45 mm at most.
 

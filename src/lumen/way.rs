@@ -14,7 +14,7 @@ use crate::STEP_HZ;
 
 /// The exercise whose settings are taken: 60 cm of water, on the medium gland.
 const EXERCISE: &str = "middle_lobe";
-/// How deep the sheath lies, mm: from the verumontanum, which is 24 mm from where the lens sees the sphincter, to the bladder neck.
+/// How deep the sheath lies, mm: its tip goes from 9 mm below the verumontanum to 11 mm below the bladder neck.
 const INSERTIONS_MM: [f32; 10] = [8.0, 12.0, 16.0, 20.0, 24.0, 28.0, 32.0, 36.0, 40.0, 44.0];
 /// Pitch of the demonstration of `orientation` on this way, degrees, at its beginning and its end. Where the neck is not in the field, the tip
 /// is raised until it is.

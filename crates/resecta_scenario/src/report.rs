@@ -127,7 +127,7 @@ impl Report {
         ))
     }
 
-    /// The same with how much of the tissue lies inside itself, which takes a tenth of a second or some: no frame has that.
+    /// The same with how much of the tissue lies inside itself. That takes up to a quarter of a second, too long for a frame.
     pub fn with_self_overlap(world: &World) -> Option<Self> {
         let mut report = Self::of_world(world)?;
         let active = world.get_resource::<ActiveExercise>()?;

@@ -25,7 +25,7 @@ const LEAST_LIGHT: f64 = 0.15;
 const BESIDE_DEG: f32 = 25.0;
 /// A lens that sees no further anywhere shows a patch of tissue and not where in the urethra it is, mm: so wide is what it sees of a
 /// wall there. Our choice, by pictures of demonstrations.
-pub const HIDES_MM: f32 = 4.0;
+const HIDES_MM: f32 = 4.0;
 /// With one side free a picture shows a strip at its rim, and not where in the urethra it is. Our choice, by pictures of the way to the
 /// bladder neck.
 const FREE_SIDES: usize = 1;
@@ -100,8 +100,8 @@ impl Sight<'_, '_> {
         Some(far.into_iter().fold(0.0, f32::max).min(FAR_MM))
     }
 
-    /// Whether tissue less than [`HIDES_MM`] from the lens hides most of what it looks at: the middle of its picture and its sides, but
-    /// for one of these at most. A lens that lay deeper than that in tissue would not be told from a free one.
+    /// Whether tissue less than 4 mm from the lens hides most of what it looks at: the middle of its picture and its sides, but
+    /// for one of these at most. A lens deeper than that in tissue cannot be distinguished from a free one.
     pub fn is_hidden(&mut self) -> bool {
         let Some(lens) = self.lens() else {
             return false;

@@ -3,8 +3,8 @@
 
 use resecta_field::Changes;
 
-/// Entries that are kept; beyond, the older half goes. Whoever has not read that looks at the whole surface, which takes 50 ms of a gland
-/// late in an operation. The younger half holds some seconds of strokes: who reads in every step, or every frame, never falls so far back.
+/// Entries that are kept. Beyond, the older half is dropped, and a reader that has not seen it reads the whole surface, which takes 50 ms
+/// late in an operation. The younger half holds some seconds of strokes, so that a reader of every step or frame never comes to that.
 const MOST: usize = 1 << 16;
 
 /// The changes of the last cuts, each with the version of the surface that it led to, rising.
@@ -110,7 +110,7 @@ mod tests {
         assert_eq!(read(&log, 0), Some((vec![5, 6, 6], vec![1, 2, 2], vec![4])));
         assert_eq!(read(&log, 3), Some((vec![6], vec![2], vec![])));
         assert_eq!(read(&log, 4), Some((vec![], vec![], vec![])));
-        // The older half goes, a version is forgotten as a whole.
+        // The older half is dropped, whole versions at a time.
         let many: Vec<u32> = (0..MOST as u32).collect();
         note(&mut log, 7, &many, &[]);
         assert_eq!(read(&log, 0), None);

@@ -10,9 +10,9 @@ use parry3d::{
 
 use crate::components::Tissue;
 
-/// So many triangles stand for all: of 50,000, this tells a share of 1 % to a tenth of it.
+/// At most so many triangles are looked at. A share of 1 % is then known to within a tenth of itself.
 const MOST: usize = 20_000;
-/// A triangle is looked at from so far before it, mm. Folds of less are not told, and take nothing away that one sees.
+/// The place that is tested lies so far before its triangle, mm. Shallower overlaps are not found; nobody would see them.
 const BEFORE_MM: f32 = 0.05;
 /// Overlaps that are deeper are not looked for, mm: more than the widest lobe.
 const DEEP_MM: f32 = 40.0;
@@ -61,7 +61,7 @@ impl SelfOverlap {
             overlap.exposed_mm2 += f64::from(area);
             let normal = twice.normalize();
             let ray = Ray::new(triangle.center() + BEFORE_MM * normal, normal);
-            // A place from which the way out leaves tissue next lies in tissue. parry tells of a triangle met from behind by its number.
+            // Where the ray leaves tissue before it enters any, it began in tissue. parry numbers triangles hit from behind from `count` on.
             let next = mesh.cast_local_ray_and_get_normal(&ray, DEEP_MM, false);
             let leaves = next.is_some_and(|hit| matches!(hit.feature, FeatureId::Face(face) if face as usize >= count));
             if leaves {
