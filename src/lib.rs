@@ -38,6 +38,7 @@ pub mod export;
 pub mod game;
 pub mod key_pictures;
 pub mod lumen;
+pub mod measured;
 pub mod page;
 pub mod players;
 pub mod rates;

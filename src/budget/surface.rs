@@ -53,13 +53,8 @@ const SLIVER: f32 = 1e-4;
 impl Surface {
     /// All of the surface of a tissue that is cut finer than its elements, where it lies now; `None` of another tissue.
     pub fn of(tissue: &Tissue) -> Option<Surface> {
-        let (field, solver) = (tissue.field()?, tissue.solver());
-        let nodes: Vec<Vec3> = (0..solver.node_count() as u32)
-            .map(|node| solver.position(node))
-            .collect();
-        let mut places = Vec::new();
-        field.move_vertices(&nodes, &mut places).ok()?;
-        let triangles = field.surface().triangles().collect();
+        tissue.field()?;
+        let (places, triangles) = tissue.surface();
         Some(Surface { places, triangles })
     }
 

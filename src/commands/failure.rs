@@ -10,12 +10,11 @@ use resecta::{
     budget::BudgetError,
     game::GameError,
     instrument::{RecordingError, ScriptError},
-    lumen::LumenError,
+    measured::MeasuredError,
     rates::RateError,
     records::{Difference, ProgressError, RecordError},
     scenario::{ExerciseError, LoadCaseError},
     spring_scene::SpringSceneError,
-    strokes::StrokesError,
     view::{NoAdapter, PictureError},
 };
 use thiserror::Error;
@@ -46,9 +45,7 @@ pub enum Failure {
     #[error(transparent)]
     Generate(#[from] GenerateError),
     #[error(transparent)]
-    Strokes(#[from] StrokesError),
-    #[error(transparent)]
-    Lumen(#[from] LumenError),
+    Measured(#[from] MeasuredError),
     #[error(transparent)]
     Exercise(#[from] ExerciseError),
     #[error(transparent)]

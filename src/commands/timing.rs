@@ -15,7 +15,7 @@ use resecta::{
 };
 use serde::Serialize;
 
-/// So many of the slowest steps are listed.
+/// Number of the slowest steps that are listed.
 const SLOWEST: usize = 10;
 
 /// Stop watch of a run. Add [`StageClockPlugin`] to the app whose steps it times.

@@ -12,5 +12,5 @@ mod page;
 mod way;
 
 pub use opening::Opening;
-pub use page::{Lumen, LumenError, write_lumen};
+pub use page::{Lumen, write_lumen};
 pub use way::{Look, Sights};

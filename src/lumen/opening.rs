@@ -10,15 +10,15 @@ use resecta_scenario::{Library, headless};
 use resecta_solver::{Material, NodeKind};
 use resecta_tissue::{Tissue, TissueDiagnostics};
 
-use super::page::LumenError;
+use crate::measured::MeasuredError;
 
 /// The exercise whose settings are taken: it is dry, so that a pressure may be set.
 const EXERCISE: &str = "first_cuts";
 /// Where the instrument waits, mm: below the verumontanum, out of the part that is measured.
 const AWAY_MM: f32 = -10.0;
-/// In so many steps tissue comes to rest: 4 s.
+/// Steps until tissue has come to rest: 4 s.
 const STEPS: usize = 240;
-/// The lumen is measured in so many planes across the gland.
+/// Number of planes across the gland in which the lumen is measured.
 const PLANES: usize = 7;
 /// From where to where they lie, as shares of the way from the verumontanum to the bladder neck: at the ends the wall ends, and the
 /// middle lobe bulges into the bladder.
@@ -46,8 +46,8 @@ pub struct Opening {
 ///
 /// # Errors
 ///
-/// [`LumenError`] when the exercise or the case cannot be loaded.
-pub fn openings(library: &Library, case: &str, pressures_cmh2o: &[f64]) -> Result<Vec<Opening>, LumenError> {
+/// [`MeasuredError`] when the exercise or the case cannot be loaded.
+pub fn openings(library: &Library, case: &str, pressures_cmh2o: &[f64]) -> Result<Vec<Opening>, MeasuredError> {
     let mut openings: Vec<Opening> = Vec::new();
     for &pressure_cmh2o in pressures_cmh2o {
         let (mut opening, material) = open(library, case, pressure_cmh2o)?;
@@ -60,7 +60,7 @@ pub fn openings(library: &Library, case: &str, pressures_cmh2o: &[f64]) -> Resul
     Ok(openings)
 }
 
-fn open(library: &Library, case: &str, pressure_cmh2o: f64) -> Result<(Opening, Material), LumenError> {
+fn open(library: &Library, case: &str, pressure_cmh2o: f64) -> Result<(Opening, Material), MeasuredError> {
     let mut loaded = library.load(EXERCISE)?.on_case(case, library.load_case(case)?);
     let exercise = &mut loaded.exercise;
     exercise.models.water_pressure_cmh2o = Some(pressure_cmh2o);

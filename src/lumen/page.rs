@@ -1,13 +1,11 @@
 //! `lumen.md`: how far water opens the lumen, and what the lens then sees.
 
-use std::{
-    fs, io,
-    path::{Path, PathBuf},
-};
+use std::path::Path;
 
-use resecta_instrument::ScriptError;
-use resecta_methods::{Chart, ReportError, Series, plain, table};
-use resecta_scenario::{ExerciseError, Library, LoadCaseError};
+use resecta_methods::{Chart, Series, plain, table};
+use resecta_scenario::Library;
+
+use crate::measured::{MeasuredError, write_page};
 
 use super::{
     opening::{Opening, openings},
@@ -20,34 +18,6 @@ const CASE: &str = "medium";
 const PRESSURES_CMH2O: [f64; 7] = [0.0, 2.5, 5.0, 10.0, 15.0, 20.0, 40.0];
 /// How far the taps are open: both, and with the inflow closed.
 const TAPS: [[f32; 2]; 2] = [[1.0, 1.0], [0.0, 1.0]];
-
-/// Why the lumen could not be measured.
-#[derive(Debug, thiserror::Error)]
-pub enum LumenError {
-    /// The exercise is at fault.
-    #[error(transparent)]
-    Exercise(#[from] ExerciseError),
-    /// The gland is at fault.
-    #[error(transparent)]
-    Case(#[from] LoadCaseError),
-    /// The way from pose to pose is at fault.
-    #[error(transparent)]
-    Script(#[from] ScriptError),
-    /// The chart could not be drawn.
-    #[error(transparent)]
-    Chart(#[from] ReportError),
-    /// A file or folder could not be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// The raw results could not be written as JSON.
-    #[error("cannot write the results as JSON: {0}")]
-    Json(#[from] serde_json::Error),
-}
 
 /// What was measured.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -62,25 +32,16 @@ pub struct Lumen {
 ///
 /// # Errors
 ///
-/// [`LumenError`] names the file.
-pub fn write_lumen(library: &Library, out: &Path) -> Result<Lumen, LumenError> {
+/// [`MeasuredError`] names the file.
+pub fn write_lumen(library: &Library, out: &Path) -> Result<Lumen, MeasuredError> {
     let openings = openings(library, CASE, &PRESSURES_CMH2O)?;
     let sights: Result<_, _> = TAPS.into_iter().map(|taps| sights(library, taps)).collect();
     let lumen = Lumen {
         openings,
         sights: sights?,
     };
-    let write = |name: &str, text: String| {
-        let path = out.join(name);
-        fs::write(&path, text).map_err(|source| LumenError::Write { path, source })
-    };
-    fs::create_dir_all(out).map_err(|source| LumenError::Write {
-        path: out.into(),
-        source,
-    })?;
+    write_page(out, "lumen", page(&lumen), &lumen)?;
     chart(&lumen.openings).draw(&out.join("lumen.svg"))?;
-    write("lumen.md", page(&lumen))?;
-    write("lumen.json", serde_json::to_string_pretty(&lumen)? + "\n")?;
     Ok(lumen)
 }
 

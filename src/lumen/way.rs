@@ -9,8 +9,7 @@ use resecta_instrument::{InstrumentLimits, InstrumentScript, InstrumentSource, I
 use resecta_scenario::{Library, Sight, headless};
 use resecta_tissue::WaterPressure;
 
-use super::page::LumenError;
-use crate::STEP_HZ;
+use crate::{STEP_HZ, measured::MeasuredError};
 
 /// The exercise whose settings are taken: 60 cm of water, on the medium gland.
 const EXERCISE: &str = "middle_lobe";
@@ -57,8 +56,8 @@ pub struct Sights {
 ///
 /// # Errors
 ///
-/// [`LumenError`] when the exercise cannot be loaded.
-pub fn sights(library: &Library, taps: [f32; 2]) -> Result<Sights, LumenError> {
+/// [`MeasuredError`] when the exercise cannot be loaded.
+pub fn sights(library: &Library, taps: [f32; 2]) -> Result<Sights, MeasuredError> {
     let mut loaded = library.load(EXERCISE)?;
     loaded.exercise.goals.clear();
     let prepared = loaded.prepare()?;

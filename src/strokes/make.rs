@@ -10,10 +10,9 @@ use resecta_tissue::{Chip, Tissue, TissueChip, TissueDiagnostics, TissueResected
 use super::{
     catalogue::StandardStroke,
     measure::{self, Trough},
-    page::StrokesError,
     surface::TissueSurface,
 };
-use crate::players;
+use crate::{measured::MeasuredError, players};
 
 /// The exercise whose settings all strokes share: dry, and with nothing that ends a run early.
 const EXERCISE: &str = "first_cuts";
@@ -88,13 +87,13 @@ impl ChipSize {
 ///
 /// # Errors
 ///
-/// [`StrokesError`] when the exercise or the case cannot be loaded.
+/// [`MeasuredError`] when the exercise or the case cannot be loaded.
 pub fn stroke(
     library: &Library,
     case: &str,
     standard: &StandardStroke,
     pressure_cmh2o: f64,
-) -> Result<Option<Stroked>, StrokesError> {
+) -> Result<Option<Stroked>, MeasuredError> {
     let mut loaded = library.load(EXERCISE)?.on_case(case, library.load_case(case)?);
     loaded.exercise.models.water_pressure_cmh2o = Some(pressure_cmh2o);
     loaded.exercise.goals.clear();

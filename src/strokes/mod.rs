@@ -17,4 +17,4 @@ mod surface;
 pub use catalogue::{StandardStroke, standard_strokes};
 pub use make::{ChipSize, Stroked, stroke};
 pub use measure::{THIN_MM, Trough};
-pub use page::{StrokesError, write_strokes};
+pub use page::write_strokes;

@@ -1,12 +1,11 @@
 //! `strokes.md`: what the standard strokes left on the shipped glands.
 
-use std::{
-    fs, io,
-    path::{Path, PathBuf},
-};
+use std::path::Path;
 
 use resecta_methods::{plain, table};
-use resecta_scenario::{ExerciseError, Library, LoadCaseError};
+use resecta_scenario::Library;
+
+use crate::measured::{MeasuredError, write_page};
 
 use super::{Stroked, THIN_MM, standard_strokes, stroke};
 
@@ -15,39 +14,17 @@ const CASES: [&str; 3] = ["small", "medium", "large"];
 /// What holds the lumen open, cmH2O: nothing, and about what a running bag gives at the tip.
 const PRESSURES_CMH2O: [f64; 2] = [0.0, 10.0];
 
-/// Why strokes could not be measured.
-#[derive(Debug, thiserror::Error)]
-pub enum StrokesError {
-    /// The exercise is at fault.
-    #[error(transparent)]
-    Exercise(#[from] ExerciseError),
-    /// A gland is at fault.
-    #[error(transparent)]
-    Case(#[from] LoadCaseError),
-    /// A file or folder could not be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// The raw results could not be written as JSON.
-    #[error("cannot write the results as JSON: {0}")]
-    Json(#[from] serde_json::Error),
-}
-
 /// Makes all standard strokes on the shipped glands, and writes `strokes.md` and `strokes.json` into a folder. `progress` is told how
 /// many are done, of how many, and what comes next.
 ///
 /// # Errors
 ///
-/// [`StrokesError`] names the file.
+/// [`MeasuredError`] names the file.
 pub fn write_strokes(
     library: &Library,
     out: &Path,
     mut progress: impl FnMut(usize, usize, &str),
-) -> Result<Vec<Stroked>, StrokesError> {
+) -> Result<Vec<Stroked>, MeasuredError> {
     let mut wanted = Vec::new();
     for pressure in PRESSURES_CMH2O {
         for case in CASES {
@@ -63,16 +40,7 @@ pub fn write_strokes(
             None => missed.push(format!("{case}, {pressure} cmH2O: {}", standard.name)),
         }
     }
-    let write = |name: &str, text: String| {
-        let path = out.join(name);
-        fs::write(&path, text).map_err(|source| StrokesError::Write { path, source })
-    };
-    fs::create_dir_all(out).map_err(|source| StrokesError::Write {
-        path: out.into(),
-        source,
-    })?;
-    write("strokes.md", page(&done, &missed))?;
-    write("strokes.json", serde_json::to_string_pretty(&done)? + "\n")?;
+    write_page(out, "strokes", page(&done, &missed), &done)?;
     Ok(done)
 }
 

@@ -83,7 +83,7 @@ pub struct RunSummary {
     pub ended: Option<EndReason>,
     /// How far the simulation itself was off.
     pub contact_error: ContactError,
-    /// Share of the tissue's surface that lies inside of tissue now, another error of the simulation; none where it was not measured.
+    /// Share of the tissue's surface that lies inside the tissue itself, 0 to 1: another error of the simulation. `None` if not measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub self_overlap_share: Option<f64>,
 }

@@ -29,8 +29,7 @@ const HIDES_MM: f32 = 4.0;
 /// With one side free a picture shows a strip at its rim, and not where in the urethra it is. Our choice, by pictures of the way to the
 /// bladder neck.
 const FREE_SIDES: usize = 1;
-/// Whether tissue hides what the lens looks at is measured once in so many steps: each tenth of a second at 60 a second, in which a
-/// picture changes little.
+/// Steps between two measurements of whether tissue hides the view: a tenth of a second, in which a picture changes little.
 const HIDDEN_EVERY: u64 = 6;
 
 /// What the lens of the exercise in play sees. A system that has it reads the tissue by [`Sight::rays`]. Costs a ray where it is asked

@@ -95,6 +95,22 @@ impl Tissue {
         &mut self.solver
     }
 
+    /// The surface where it lies now: places of vertices, mm, and triangles, outward by the right-hand rule. Vertices of the elements' surface
+    /// are nodes; of a finer one, also points that a cut laid bare.
+    pub fn surface(&self) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let nodes: Vec<Vec3> = (0..self.solver.node_count() as u32)
+            .map(|node| self.solver.position(node))
+            .collect();
+        let Some(fine) = &self.fine else {
+            let triangles = self.solver.surface().triangles();
+            return (nodes, triangles.map(|(_, triangle)| triangle).collect());
+        };
+        let mut places = Vec::new();
+        // One place a node: nothing else is refused.
+        fine.field().move_vertices(&nodes, &mut places).ok();
+        (places, fine.surface().triangles().collect())
+    }
+
     /// Brings a surface finer than the elements to where the tissue is.
     pub(crate) fn follow(&mut self) {
         if let Some(fine) = &mut self.fine {

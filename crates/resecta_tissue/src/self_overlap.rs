@@ -10,9 +10,9 @@ use parry3d::{
 
 use crate::components::Tissue;
 
-/// At most so many triangles are looked at. A share of 1 % is then known to within a tenth of itself.
+/// Most triangles that are tested. With these, a share of 1 % has a standard error of 0.07 % (binomial, equal areas).
 const MOST: usize = 20_000;
-/// The place that is tested lies so far before its triangle, mm. Shallower overlaps are not found; nobody would see them.
+/// Distance of the tested point in front of its triangle, mm. Shallower overlaps are not found; they are too small to be seen.
 const BEFORE_MM: f32 = 0.05;
 /// Overlaps that are deeper are not looked for, mm: more than the widest lobe.
 const DEEP_MM: f32 = 40.0;
@@ -31,7 +31,7 @@ pub struct SelfOverlap {
 impl SelfOverlap {
     /// That of a tissue as it lies now. Takes a quarter of a second for a gland late in an operation.
     pub fn of(tissue: &Tissue) -> Self {
-        let (places, triangles) = surface(tissue);
+        let (places, triangles) = tissue.surface();
         Self::of_surface(places, triangles)
     }
 
@@ -69,26 +69,6 @@ impl SelfOverlap {
             }
         }
         overlap
-    }
-}
-
-/// Vertices and triangles of a tissue's surface.
-fn surface(tissue: &Tissue) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let solver = &tissue.solver;
-    let nodes: Vec<Vec3> = (0..solver.node_count() as u32)
-        .map(|node| solver.position(node))
-        .collect();
-    match &tissue.fine {
-        Some(fine) => {
-            let mut places = Vec::new();
-            // One place a node: nothing else is refused.
-            fine.field().move_vertices(&nodes, &mut places).ok();
-            (places, fine.surface().triangles().collect())
-        }
-        None => (
-            nodes,
-            solver.surface().triangles().map(|(_, triangle)| triangle).collect(),
-        ),
     }
 }
 
