@@ -34,6 +34,7 @@ pub(crate) struct Springs {
     slot: Vec<u32>,
     bundles: Vec<Bundle>,
     layout: Layout,
+    presence_version: u64,
     /// The true stiffness of every spring, µN/mm, while some in `bundles` are softened (`soften.rs`); otherwise empty.
     unsoftened: Vec<f32>,
 }
@@ -83,6 +84,7 @@ impl Springs {
             backing,
             slot,
             layout,
+            presence_version: 0,
             unsoftened: Vec::new(),
         }
     }
@@ -112,7 +114,14 @@ impl Springs {
 
     fn set_stepped_stiffness(&mut self, spring: u32, stiffness: f32) {
         let (bundle, lane) = bundle_and_lane(self.slot[spring as usize]);
-        self.bundles[bundle].stiffness.0[lane] = stiffness;
+        let own = &mut self.bundles[bundle].stiffness.0[lane];
+        self.presence_version += u64::from((*own > 0.0) != (stiffness > 0.0));
+        *own = stiffness;
+    }
+
+    /// A number that grows whenever a spring is removed.
+    pub fn presence_version(&self) -> u64 {
+        self.presence_version
     }
 
     /// Lets every spring be stepped with a stiffness that follows from its nodes, µN/mm, at most its own.

@@ -23,7 +23,9 @@ pub(crate) struct Viscosity {
     /// Half of a node's inertia over the number of its springs, g; very large for one that does not move.
     shares: Scalars,
     sums: Vectors,
+    /// Living springs of each node, and the version of the springs that were counted.
     counts: Scalars,
+    counted: Option<u64>,
 }
 
 /// What a node that does not move lends its springs, g: more than any that moves.
@@ -35,17 +37,16 @@ impl Viscosity {
             shares: Scalars::zero(sites),
             sums: Vectors::zero(sites),
             counts: Scalars::zero(sites),
+            counted: None,
         }
     }
 
     /// Makes it ready for inertias and springs as they are.
     pub fn prepare(&mut self, springs: &Springs, inverse_inertia: &Scalars) {
-        self.counts.values.fill(Lanes::default());
-        for (spring, ends) in (0u32..).zip(&springs.nodes) {
-            if springs.stepped_stiffness(spring) > 0.0 {
-                ends.iter()
-                    .for_each(|&end| self.counts.set(end, self.counts.at(end) + 1.0));
-            }
+        let version = Some(springs.presence_version());
+        if self.counted != version {
+            self.counted = version;
+            self.count(springs);
         }
         let all = self
             .shares
@@ -61,6 +62,16 @@ impl Viscosity {
                 } else {
                     UNMOVED
                 };
+            }
+        }
+    }
+
+    fn count(&mut self, springs: &Springs) {
+        self.counts.values.fill(Lanes::default());
+        for (spring, ends) in (0u32..).zip(&springs.nodes) {
+            if springs.stepped_stiffness(spring) > 0.0 {
+                ends.iter()
+                    .for_each(|&end| self.counts.set(end, self.counts.at(end) + 1.0));
             }
         }
     }
