@@ -43,11 +43,11 @@ fn kept_mm2(mesh: &Mesh, pentahedron: u32, value: impl Fn(u32) -> f32) -> f64 {
     }
     let (sub, shape) = (mesh.sub(pentahedron), mesh.rest_shape(pentahedron));
     (sub.boundary.iter())
-        .filter(|cell| is_capsule[cell.face])
+        .filter(|cell| is_capsule[cell.face()])
         .map(|cell| {
-            let prism = &sub.prisms[cell.prism];
-            let corner = |n: usize| prism[face_corners(cell.face)[n]];
-            if cell.face < 2 {
+            let prism = sub.prism(cell.prism());
+            let corner = |n: usize| prism[face_corners(cell.face())[n]];
+            if cell.face() < 2 {
                 let triangle = [0, 1, 2].map(corner);
                 kept_share(triangle.map(&value)) * area(&shape, sub, triangle)
             } else {

@@ -31,10 +31,10 @@ pub struct Sample {
 /// The fine triangles of a cell on the boundary, as local points, outward. Quadrilaterals are cut as the tetrahedra
 /// are: through the smallest number.
 pub fn fine_triangles(sub: &Sublattice, cell: &BoundaryCell, points: &[u32]) -> ([[u32; 3]; 2], usize) {
-    let prism = &sub.prisms[cell.prism];
-    let corners = face_corners(cell.face);
+    let prism = sub.prism(cell.prism());
+    let corners = face_corners(cell.face());
     let at = |n: usize| prism[corners[n]];
-    if cell.face < 2 {
+    if cell.face() < 2 {
         return ([[at(0), at(1), at(2)]; 2], 1);
     }
     let smallest = (0..4).min_by_key(|&n| points[at(n) as usize]).unwrap_or(0);
@@ -97,7 +97,7 @@ impl Local<'_> {
     }
 
     fn place(&self, point: u32) -> [f32; 3] {
-        self.sub.near_places[point as usize]
+        self.sub.near_place(point as usize)
     }
 
     fn depth(&self, point: u32) -> f32 {
@@ -167,7 +167,7 @@ impl Surface {
         let is_exposed = exposed.contains(&true);
         let is_new = piece.duals.is_empty();
         if is_new {
-            piece.duals = vec![NONE; sub.prisms.len()].into();
+            piece.duals = vec![NONE; sub.prism_count()].into();
             let rims = if is_exposed { sub.boundary_triangles } else { 0 };
             piece.rims = vec![NONE; rims].into();
         }
@@ -186,15 +186,15 @@ impl Surface {
             vertices: &mut self.vertices,
             chunks: &mut piece.chunks,
         };
-        for (prism, slot) in sub.prisms.iter().zip(piece.duals.iter_mut()) {
-            if !local.is_changed(prism) {
+        for (prism, slot) in sub.prisms().zip(piece.duals.iter_mut()) {
+            if !local.is_changed(&prism) {
                 continue;
             }
-            let vertex = local.is_mixed(prism).then(|| {
-                let (place, coagulation) = local.crossing(prism, &wedge::EDGES);
+            let vertex = local.is_mixed(&prism).then(|| {
+                let (place, coagulation) = local.crossing(&prism, &wedge::EDGES);
                 Vertex {
                     place,
-                    normal: local.fall(prism),
+                    normal: local.fall(&prism),
                     kind: SurfaceKind::Cut,
                     coagulation,
                 }
@@ -225,19 +225,19 @@ impl Surface {
             vertices: &mut self.vertices,
             chunks: &mut piece.chunks,
         };
-        for cell in sub.boundary.iter().filter(|cell| exposed[cell.face]) {
-            let prism = &sub.prisms[cell.prism];
-            if !local.is_changed(prism) {
+        for cell in sub.boundary.iter().filter(|cell| exposed[cell.face()]) {
+            let prism = sub.prism(cell.prism());
+            if !local.is_changed(&prism) {
                 continue;
             }
-            let kind = mesh.kind(pentahedron, cell.face);
+            let kind = mesh.kind(pentahedron, cell.face());
             let (triangles, count) = fine_triangles(sub, cell, ids);
             for (n, triangle) in triangles[..count].iter().enumerate() {
                 let vertex = local.is_mixed(triangle).then(|| {
                     let (place, coagulation) = local.crossing(triangle, &SIDES);
                     let surface = home.vertices.surface_normal(mesh, pentahedron, place);
                     let axes = shape.jacobian(place.map(f64::from)).map(|axis| axis.as_vec3());
-                    let cut = crate::vertices::carry(local.fall(prism), axes);
+                    let cut = crate::vertices::carry(local.fall(&prism), axes);
                     let normal = (surface + cut).normalize_or(surface);
                     Vertex {
                         place,
@@ -246,7 +246,7 @@ impl Surface {
                         coagulation,
                     }
                 });
-                home.put(&mut piece.rims[cell.triangle + n], vertex);
+                home.put(&mut piece.rims[cell.triangle() + n], vertex);
             }
             for &corner in triangles[..count].iter().flatten() {
                 let slot = &mut self.point_slots[ids[corner as usize] as usize];
@@ -259,7 +259,7 @@ impl Surface {
                 }
                 let depth = local.depth(corner);
                 if let Place::Node(node) = sub.parts[corner as usize] {
-                    *slot = mesh.pentahedra[pentahedron as usize][node];
+                    *slot = mesh.pentahedra[pentahedron as usize][usize::from(node)];
                     home.vertices.renew(*slot, SurfaceKind::Cut, depth);
                 } else if *slot != NONE {
                     home.vertices.renew(*slot, kind, depth);

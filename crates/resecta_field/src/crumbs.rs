@@ -157,9 +157,9 @@ impl Field {
             }
             point
         }
-        for prism in &self.mesh.sub(pentahedron).prisms {
+        for prism in self.mesh.sub(pentahedron).prisms() {
             let mut lowest = NONE;
-            for &corner in prism {
+            for corner in prism {
                 if of[corner as usize] == NONE {
                     continue;
                 }

@@ -75,9 +75,9 @@ struct At<'a> {
 impl At<'_> {
     /// The corner of the prism that is this point, as a point of the pentahedron.
     fn local(&self, point: u32) -> u32 {
-        let corners = &self.sub.prisms[self.prism];
+        let corners = self.sub.prism(self.prism);
         let mut points = [0; 6];
-        for (point, &corner) in points.iter_mut().zip(corners) {
+        for (point, corner) in points.iter_mut().zip(corners) {
             *point = self.points[corner as usize];
         }
         corners[find(&points, point)]
@@ -119,7 +119,7 @@ impl Walks {
         for &pentahedron in pentahedra {
             if let Some(cell) = points.index(pentahedron) {
                 self.begin[cell] = prisms as u32;
-                prisms += mesh.sub(pentahedron).prisms.len();
+                prisms += mesh.sub(pentahedron).prism_count();
             }
         }
         self.done.clear();
@@ -237,7 +237,7 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
             kept.push(sample.value > 0.0);
             turned.push(sample.is_turned && sample.value <= 0.0);
         }
-        for (prism, corners) in first.sub.prisms.iter().enumerate() {
+        for (prism, corners) in first.sub.prisms().enumerate() {
             let is_new = corners.iter().fold(false, |any, &corner| any | turned[corner as usize]);
             if first.piece.duals[prism] == NONE || !is_new {
                 continue;
@@ -312,8 +312,8 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
         // The edge's ends as points of the pentahedron that the walk is in.
         let [mut local_from, mut local_to] = [at.local(from), at.local(to)];
         for _ in 0..MOST_AROUND {
-            let corners = &at.sub.prisms[at.prism];
-            let corner = |local: u32| find(corners, local);
+            let corners = at.sub.prism(at.prism);
+            let corner = |local: u32| find(&corners, local);
             let (a, b) = (corner(local_from), corner(local_to));
             polygon.push(at.piece.duals[at.prism]);
             *owner = at.pentahedron.min(*owner);
@@ -337,7 +337,7 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
     }
 
     fn across(&self, at: &At<'a>, face: usize) -> Option<At<'a>> {
-        match at.sub.across[at.prism][face] {
+        match at.sub.across(at.prism, face) {
             Across::Prism(prism) => Some(At { prism, ..*at }),
             Across::Boundary(cell) => {
                 let (pentahedron, its_face, turn) = self.mesh.across(at.pentahedron, face)?;
@@ -345,21 +345,21 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
                     .mesh
                     .sub(pentahedron)
                     .facing(&at.sub.boundary[cell], its_face, turn);
-                self.at(pentahedron, facing.prism)
+                self.at(pentahedron, facing.prism())
             }
         }
     }
 
     /// The rim vertex of the fine triangle of an exposed face that an edge belongs to.
     fn rim(&self, at: &At, face: usize, edge: [u32; 2]) -> u32 {
-        let Across::Boundary(cell) = at.sub.across[at.prism][face] else {
+        let Across::Boundary(cell) = at.sub.across(at.prism, face) else {
             return NONE;
         };
         let cell = &at.sub.boundary[cell];
         let (triangles, _) = fine_triangles(at.sub, cell, at.points);
         let has = |point: u32| triangles[0].iter().any(|&corner| at.points[corner as usize] == point);
         let half = usize::from(!(has(edge[0]) && has(edge[1])));
-        at.piece.rims[cell.triangle + half]
+        at.piece.rims[cell.triangle() + half]
     }
 
     /// What is kept of the exposed fine triangles themselves, and the diagonals between them.
@@ -369,7 +369,7 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
             (slot != NONE).then_some(slot)
         };
         for cell in &at.sub.boundary {
-            if !self.mesh.is_exposed(at.pentahedron, cell.face) {
+            if !self.mesh.is_exposed(at.pentahedron, cell.face()) {
                 continue;
             }
             let (triangles, count) = fine_triangles(at.sub, cell, at.points);
@@ -381,7 +381,7 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
                     }
                     continue;
                 }
-                let rim = at.piece.rims[cell.triangle + n];
+                let rim = at.piece.rims[cell.triangle() + n];
                 for side in 0..3 {
                     let next = (side + 1) % 3;
                     if is_kept[side]
@@ -399,8 +399,8 @@ impl<'a, V: Fn(u32) -> Sample + Copy> Extraction<'a, V> {
                     // The second half runs from `from` to `to`, the first back.
                     let k = if from_kept { from } else { to };
                     let [behind, ahead] = if from_kept { [0, 1] } else { [1, 0] };
-                    let [behind, ahead] = [behind, ahead].map(|half| at.piece.rims[cell.triangle + half]);
-                    let dual = at.piece.duals[cell.prism];
+                    let [behind, ahead] = [behind, ahead].map(|half| at.piece.rims[cell.triangle() + half]);
+                    let dual = at.piece.duals[cell.prism()];
                     self.walks.found.push((at.pentahedron, NONE, [behind, dual, ahead]));
                     if let Some(k) = slot(k) {
                         self.walks.found.push((at.pentahedron, NONE, [k, behind, ahead]));

@@ -216,7 +216,7 @@ impl Points {
         let cell = Cell {
             prisms_mm3: volume::prisms_mm3(mesh, pentahedron),
             points,
-            removed_mm3: vec![0.0; mesh.sub(pentahedron).prisms.len()].into(),
+            removed_mm3: vec![0.0; mesh.sub(pentahedron).prism_count()].into(),
             kept_mm3: mesh.rest_volumes[pentahedron as usize],
             capsule_mm2: capsule::rest_mm2(mesh, pentahedron),
         };
@@ -384,10 +384,14 @@ impl Points {
         let mut interior = new(sub.interior);
         (sub.parts.iter())
             .map(|&part| match part {
-                Place::Node(corner) => corners[corner],
-                Place::Edge(local, step) => edges[local] + along(mesh, pentahedron, local, step),
-                Place::Triangle(face, number) => faces[face] + number as u32,
+                Place::Node(corner) => corners[usize::from(corner)],
+                Place::Edge(local, step) => {
+                    let local = usize::from(local);
+                    edges[local] + along(mesh, pentahedron, local, step.into())
+                }
+                Place::Triangle(face, number) => faces[usize::from(face)] + u32::from(number),
                 Place::Quad(face, at) => {
+                    let (face, at) = (usize::from(face), at.map(usize::from));
                     let nodes = std::array::from_fn(|n| mesh.pentahedra[pentahedron as usize][face_corners(face)[n]]);
                     faces[face] + in_quad(nodes, at, [sub.divisions.sides[face - 2], sub.divisions.axis])
                 }

@@ -125,12 +125,13 @@ impl Field {
         let (sub, points) = (self.mesh.sub(pentahedron), self.points.of(pentahedron));
         let values = points.iter().map(|&point| self.points.values[point as usize]);
         // Some six prisms share a point.
-        let points: Vec<Corner> = (sub.near_places.iter().zip(values))
-            .map(|(&place, value)| plane.corner(carrier.at_one(place).extend(value)))
+        let points: Vec<Corner> = (0..points.len())
+            .zip(values)
+            .map(|(point, value)| plane.corner(carrier.at_one(sub.near_place(point)).extend(value)))
             .collect();
         // Few prisms are met, and what a corner says of that fits into a byte.
         let signs: Vec<u8> = points.iter().map(sign).collect();
-        for prism in &sub.prisms {
+        for prism in sub.prisms() {
             let all = prism.iter().fold(0, |all, &point| all | signs[point as usize]);
             if all == AHEAD | BEHIND | KEPT {
                 through_prism(prism.map(|point| points[point as usize]), &mut found);

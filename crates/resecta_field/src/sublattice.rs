@@ -4,6 +4,9 @@
 //! share one set of tables. A sub-prism's corners stand in the order and sense of [`wedge`], so the tables of faces and
 //! edges there hold for sub-prisms too, and a sub-prism's face on the boundary of its pentahedron has the number of the
 //! pentahedron's face that it lies on.
+//!
+//! A gland has some 300 kinds of pentahedra, and a cut reads their tables in no order. So numbers in tables take a byte or two where that is
+//! enough: tables of the large gland take 25 MB for 86, more than all else that is cut with.
 
 use std::collections::HashMap;
 
@@ -14,7 +17,7 @@ use crate::triangle::{Part, Triangle};
 /// Faces of a prism: two triangles, then three quadrilaterals.
 pub const FACES: usize = 5;
 
-/// Most parts of an edge: a pentahedron then has 18,513 points.
+/// Most parts of an edge: a pentahedron then has 18,513 points, 32,768 sub-prisms and 5,120 cells of its boundary.
 pub const MAX_DIVISIONS: usize = 32;
 
 /// Places worked on at a time.
@@ -47,13 +50,13 @@ impl Divisions {
 /// The part of a pentahedron that a point lies in; faces and edges by their local numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    Node(usize),
+    Node(u8),
     /// With the steps from the edge's first corner.
-    Edge(usize, usize),
+    Edge(u8, u8),
     /// With a running number, the same on both ends.
-    Triangle(usize, usize),
+    Triangle(u8, u16),
     /// With the steps from the face's corner 0 towards corner 3 and towards corner 1.
-    Quad(usize, [usize; 2]),
+    Quad(u8, [u8; 2]),
     Interior,
 }
 
@@ -61,9 +64,9 @@ impl Place {
     /// The local corners that the part joins.
     pub fn corners(self) -> Vec<usize> {
         match self {
-            Place::Node(corner) => vec![corner],
-            Place::Edge(n, _) => wedge::EDGES[n].to_vec(),
-            Place::Triangle(face, _) | Place::Quad(face, _) => face_corners(face).to_vec(),
+            Place::Node(corner) => vec![corner.into()],
+            Place::Edge(n, _) => wedge::EDGES[usize::from(n)].to_vec(),
+            Place::Triangle(face, _) | Place::Quad(face, _) => face_corners(face.into()).to_vec(),
             Place::Interior => (0..6).collect(),
         }
     }
@@ -72,15 +75,29 @@ impl Place {
 /// A face of a sub-prism on the boundary of its pentahedron.
 #[derive(Debug, Clone, Copy)]
 pub struct BoundaryCell {
-    /// Face of the pentahedron, and of the sub-prism.
-    pub face: usize,
-    pub prism: usize,
+    face: u8,
+    prism: u16,
     /// Where on the face. Quadrilateral: steps from the face's corner 0 towards corner 3 and towards corner 1.
     /// Triangle: its number in the section, and 0.
-    at: [usize; 2],
+    at: [u16; 2],
+    triangle: u16,
+}
+
+impl BoundaryCell {
+    /// Face of the pentahedron, and of the sub-prism.
+    pub fn face(&self) -> usize {
+        self.face.into()
+    }
+
+    pub fn prism(&self) -> usize {
+        self.prism.into()
+    }
+
     /// Number of the cell's first triangle among the fine triangles of the pentahedron's boundary; a quadrilateral has
     /// two.
-    pub triangle: usize,
+    pub fn triangle(&self) -> usize {
+        self.triangle.into()
+    }
 }
 
 /// What lies across a sub-prism's face.
@@ -92,25 +109,27 @@ pub enum Across {
     Boundary(usize),
 }
 
+/// In a table of what lies across: the number is that of a cell of the boundary.
+const ON_BOUNDARY: u16 = 1 << 15;
+
 #[derive(Debug, Clone)]
 pub struct Sublattice {
     pub divisions: Divisions,
     /// Local coordinates of every point, see `shape.rs`.
     pub places: Vec<[f64; 3]>,
-    /// The same in single precision.
-    pub near_places: Vec<[f32; 3]>,
-    /// The same by component, eight points at a time; what is left of the last eight repeats the last point.
+    /// The same in single precision by component, eight points at a time; what is left of the last eight repeats the last point.
     pub lanes: Vec<[Lanes; 3]>,
     /// The part of the pentahedron that every point lies in.
     pub parts: Vec<Place>,
-    /// Corner points of every sub-prism.
-    pub prisms: Vec<[u32; 6]>,
+    /// Corner points of every sub-prism: see [`Sublattice::prism`].
+    prisms: Vec<[u16; 6]>,
     /// The points on every face.
     pub face_points: [Vec<u32>; FACES],
-    pub across: Vec<[Across; FACES]>,
+    /// What lies across every face of every sub-prism: see [`Sublattice::across`].
+    across: Vec<[u16; FACES]>,
     pub boundary: Vec<BoundaryCell>,
     /// Cells of every face, as indices into `boundary`, by `at`, the second running fastest.
-    by_place: [Vec<u32>; FACES],
+    by_place: [Vec<u16>; FACES],
     /// Fine triangles on the boundary of a pentahedron.
     pub boundary_triangles: usize,
     /// Points inside a triangular face.
@@ -132,7 +151,6 @@ impl Sublattice {
         let mut sub = Self {
             divisions,
             places: Vec::new(),
-            near_places: Vec::new(),
             lanes: Vec::new(),
             parts: Vec::new(),
             prisms: Vec::new(),
@@ -160,12 +178,10 @@ impl Sublattice {
         for layer in 0..axis {
             for triangle in &section.triangles {
                 sub.prisms.push(std::array::from_fn(|c| {
-                    ((layer + c / 3) * count + triangle[c % 3]) as u32
+                    ((layer + c / 3) * count + triangle[c % 3]) as u16
                 }));
             }
         }
-        let near = |place: &[f64; 3]| place.map(|component| component as f32);
-        sub.near_places = sub.places.iter().map(near).collect();
         sub.lanes = sub
             .places
             .chunks(LANES)
@@ -194,23 +210,23 @@ impl Sublattice {
             (layer == axis).then_some(1)
         };
         match (part, end) {
-            (Part::Corner(corner), Some(end)) => Place::Node(corner + 3 * end),
-            (Part::Corner(corner), None) => Place::Edge(6 + corner, layer),
-            (Part::Side(side, step), Some(end)) => Place::Edge(side + 3 * end, step),
-            (Part::Side(side, step), None) => Place::Quad(2 + side, [step, layer]),
-            (Part::Inside(number), Some(end)) => Place::Triangle(end, number),
+            (Part::Corner(corner), Some(end)) => Place::Node((corner + 3 * end) as u8),
+            (Part::Corner(corner), None) => Place::Edge((6 + corner) as u8, layer as u8),
+            (Part::Side(side, step), Some(end)) => Place::Edge((side + 3 * end) as u8, step as u8),
+            (Part::Side(side, step), None) => Place::Quad((2 + side) as u8, [step as u8, layer as u8]),
+            (Part::Inside(number), Some(end)) => Place::Triangle(end as u8, number as u16),
             (Part::Inside(_), None) => Place::Interior,
         }
     }
 
     /// Finds what lies across every face. `section`: triangles of a layer.
     fn join(&mut self, section: usize) {
-        let key = |prism: &[u32; 6], face: usize| {
-            let mut points: Vec<u32> = face_corners(face).iter().map(|&corner| prism[corner]).collect();
+        let key = |prism: &[u16; 6], face: usize| {
+            let mut points: Vec<u16> = face_corners(face).iter().map(|&corner| prism[corner]).collect();
             points.sort_unstable();
             points
         };
-        let mut at: HashMap<Vec<u32>, Vec<(usize, usize)>> = HashMap::new();
+        let mut at: HashMap<Vec<u16>, Vec<(usize, usize)>> = HashMap::new();
         for (index, prism) in self.prisms.iter().enumerate() {
             for face in 0..FACES {
                 at.entry(key(prism, face)).or_default().push((index, face));
@@ -221,8 +237,8 @@ impl Sublattice {
             let across = std::array::from_fn(|face| {
                 let other = at[&key(&prism, face)].iter().find(|other| other.0 != index);
                 match other {
-                    Some(&(other, _)) => Across::Prism(other),
-                    None => Across::Boundary(self.add_boundary(index, face, section)),
+                    Some(&(other, _)) => other as u16,
+                    None => ON_BOUNDARY | self.add_boundary(index, face, section) as u16,
                 }
             });
             self.across.push(across);
@@ -238,12 +254,12 @@ impl Sublattice {
             [steps, prism / section]
         };
         let place = self.place_of(face, at);
-        self.by_place[face][place] = self.boundary.len() as u32;
+        self.by_place[face][place] = self.boundary.len() as u16;
         self.boundary.push(BoundaryCell {
-            face,
-            prism,
-            at,
-            triangle: self.boundary_triangles,
+            face: face as u8,
+            prism: prism as u16,
+            at: at.map(|steps| steps as u16),
+            triangle: self.boundary_triangles as u16,
         });
         self.boundary_triangles += if face < 2 { 1 } else { 2 };
         self.boundary.len() - 1
@@ -259,10 +275,10 @@ impl Sublattice {
             }
         };
         match self.parts[point] {
-            Place::Node(node) => corner(node % 3),
-            Place::Edge(n, _) if n >= 6 => corner(n - 6),
-            Place::Edge(n, step) => (n % 3 == side).then_some(step),
-            Place::Quad(face, [step, _]) => (face == side + 2).then_some(step),
+            Place::Node(node) => corner(usize::from(node) % 3),
+            Place::Edge(n, _) if n >= 6 => corner(usize::from(n) - 6),
+            Place::Edge(n, step) => (usize::from(n) % 3 == side).then_some(step.into()),
+            Place::Quad(face, [step, _]) => (usize::from(face) == side + 2).then_some(step.into()),
             Place::Triangle(..) | Place::Interior => None,
         }
     }
@@ -275,10 +291,43 @@ impl Sublattice {
         (0..self.places.len() as u32).filter(is_on).collect()
     }
 
+    /// Local coordinates of a point in single precision.
+    #[inline]
+    pub fn near_place(&self, point: usize) -> [f32; 3] {
+        self.places[point].map(|component| component as f32)
+    }
+
+    /// Number of sub-prisms.
+    pub fn prism_count(&self) -> usize {
+        self.prisms.len()
+    }
+
+    /// Corner points of a sub-prism.
+    #[inline]
+    pub fn prism(&self, number: usize) -> [u32; 6] {
+        self.prisms[number].map(u32::from)
+    }
+
+    /// Corner points of every sub-prism.
+    pub fn prisms(&self) -> impl Iterator<Item = [u32; 6]> + '_ {
+        self.prisms.iter().map(|prism| prism.map(u32::from))
+    }
+
+    /// What lies across a face of a sub-prism.
+    #[inline]
+    pub fn across(&self, prism: usize, face: usize) -> Across {
+        let number = self.across[prism][face];
+        if number & ON_BOUNDARY == 0 {
+            Across::Prism(number.into())
+        } else {
+            Across::Boundary((number & !ON_BOUNDARY).into())
+        }
+    }
+
     /// The cell of this pentahedron's face that is a cell of its neighbour's. `turn`: corner `m` of the neighbour's face
     /// is corner `turn - m` (modulo their number) of this one's.
     pub fn facing(&self, cell: &BoundaryCell, face: usize, turn: usize) -> &BoundaryCell {
-        let [u, v] = cell.at;
+        let [u, v] = cell.at.map(usize::from);
         let at = if face < 2 {
             [u, v]
         } else {
@@ -310,7 +359,7 @@ mod tests {
     fn counts_are_those_of_the_division() {
         let sub = sublattice([4, 4, 4], 3);
         assert_eq!(sub.places.len(), 15 * 4);
-        assert_eq!(sub.prisms.len(), 16 * 3);
+        assert_eq!(sub.prism_count(), 16 * 3);
         assert_eq!(sub.boundary.len(), 2 * 16 + 3 * 4 * 3);
         assert_eq!(sub.boundary_triangles, 2 * 16 + 2 * 3 * 4 * 3);
     }
@@ -326,11 +375,11 @@ mod tests {
         ] {
             let sub = sublattice(sides, axis);
             for cell in &sub.boundary {
-                let on_face = |corner: &usize| sub.face_points[cell.face].contains(&sub.prisms[cell.prism][*corner]);
-                assert!(face_corners(cell.face).iter().all(on_face), "{sides:?} {cell:?}");
+                let on_face = |corner: &usize| sub.face_points[cell.face()].contains(&sub.prism(cell.prism())[*corner]);
+                assert!(face_corners(cell.face()).iter().all(on_face), "{sides:?} {cell:?}");
             }
             let cells: usize = sides.iter().map(|side| side * axis).sum();
-            let quads = sub.boundary.iter().filter(|cell| cell.face >= 2).count();
+            let quads = sub.boundary.iter().filter(|cell| cell.face() >= 2).count();
             assert_eq!(quads, cells, "{sides:?}");
         }
     }

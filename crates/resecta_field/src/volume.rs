@@ -78,7 +78,7 @@ pub fn prisms_mm3(mesh: &Mesh, pentahedron: u32) -> f64 {
     let shape = mesh.rest_shape(pentahedron);
     let sub = mesh.sub(pentahedron);
     let places: Vec<DVec3> = sub.places.iter().map(|&place| shape.at(place)).collect();
-    (sub.prisms.iter())
+    (sub.prisms())
         .map(|prism| prism_volume(prism.map(|corner| places[corner as usize])))
         .sum()
 }
@@ -116,10 +116,10 @@ pub fn measure(mesh: &Mesh, points: &mut Points, pentahedron: u32, edit: &Edit) 
     }
     let shape = mesh.rest_shape(pentahedron);
     let sub = mesh.sub(pentahedron);
-    for (prism, removed) in sub.prisms.iter().zip(&mut cell.removed_mm3) {
+    for (prism, removed) in sub.prisms().zip(&mut cell.removed_mm3) {
         let (mut positive, mut mark) = (0, 0);
         let mut values = [0.0; 6];
-        for (value, &corner) in values.iter_mut().zip(prism) {
+        for (value, &corner) in values.iter_mut().zip(&prism) {
             let (its, when) = local[corner as usize];
             *value = its;
             positive += u32::from(its > 0.0);
@@ -131,7 +131,7 @@ pub fn measure(mesh: &Mesh, points: &mut Points, pentahedron: u32, edit: &Edit) 
             continue;
         }
         let mut place = [DVec3::ZERO; 6];
-        for (place, &corner) in place.iter_mut().zip(prism) {
+        for (place, &corner) in place.iter_mut().zip(&prism) {
             *place = shape.at(sub.places[corner as usize]);
         }
         let share = if positive == 0 {
