@@ -6,7 +6,7 @@
 use bevy::prelude::*;
 
 use crate::{
-    collide::{Collider, Face, reach_mm},
+    collide::{Collider, DEPTH_LIMIT_MM, Face, reach_mm},
     components::Tissue,
     diagnostics::{TissueDiagnostics, timed},
     skin::Skin,
@@ -28,11 +28,12 @@ pub struct TissueProbe {
     pub nearest: Option<Vec3>,
 }
 
-/// A probe that went further than this since the last step may have passed through tissue, mm: less than the depth to which the
-/// nearest face is known.
+/// A probe that went further than this since the last step may have passed through tissue, mm, unless no surface was as near as it went:
+/// less than the depth to which the nearest face is known.
 const DRIFT_MM: f32 = 1.0;
 
-/// Rays tell again after so many steps in which they were spared: a face turned inside out in a fold may have misled.
+/// Rays tell again after this many steps in which they were spared: a face turned inside out in a fold may have misled. Not where no face
+/// has been near since they told, as for a chip that lies in the bladder.
 const SPARED_STEPS: u32 = 30;
 
 /// The nearest face is looked for so much further than it was, mm, before it is looked for as far as to the depth limit: tissue has
@@ -50,6 +51,8 @@ pub(crate) struct Before {
     within: Option<Entity>,
     /// Steps since rays told.
     spared: u32,
+    /// Whether no surface of any tissue has been near since then.
+    is_alone: bool,
 }
 
 impl Before {
@@ -61,10 +64,12 @@ impl Before {
     /// Whether a point is in a tissue, where that follows from what was told before and from the side of its nearest face, if
     /// there is one within the depth limit.
     fn tells(&self, point: Vec3, tissue: Entity, nearest_inside: Option<bool>) -> Option<bool> {
-        let has_drifted = self.point.is_some_and(|before| before.distance(point) < DRIFT_MM);
+        let clear_mm = self.distance_mm.unwrap_or(DEPTH_LIMIT_MM) - MOVED_MM;
+        let has_drifted = (self.point).is_some_and(|before| before.distance(point) < clear_mm.max(DRIFT_MM));
         let was_inside = self.within == Some(tissue);
         let agrees = nearest_inside.is_none_or(|inside| inside == was_inside);
-        (has_drifted && agrees && self.spared < SPARED_STEPS).then_some(was_inside)
+        let is_fresh = self.is_alone && nearest_inside.is_none() || self.spared < SPARED_STEPS;
+        (has_drifted && agrees && is_fresh).then_some(was_inside)
     }
 }
 
@@ -106,7 +111,8 @@ fn answer(
             point: Some(probe.point),
             distance_mm: None,
             within: None,
-            spared: before.spared + 1,
+            spared: before.spared.saturating_add(1),
+            is_alone: false,
         };
         let mut answer = TissueProbe {
             point: probe.point,
@@ -145,6 +151,7 @@ fn answer(
             }
         }
         now.distance_mm = answer.distance_mm;
+        now.is_alone = now.distance_mm.is_none() && (before.is_alone || now.spared == 0);
         *before = now;
         probe.set_if_neq(answer);
     }

@@ -23,7 +23,7 @@ use resecta_solver::{Contact, Touch};
 pub use self::overlap::Overlap;
 pub(crate) use self::{
     closest::segment_triangle,
-    collider::{Collider, Face},
+    collider::{Collider, DEPTH_LIMIT_MM, Face},
     contacts::Found,
     nearest::reach_mm,
     sweep::ToolMotion,
