@@ -230,6 +230,29 @@ fn a_contact_holds_its_plane_and_leaves_the_rest_alone() {
 }
 
 #[test]
+fn a_contact_holds_what_comes_from_afar_however_fast() {
+    // A corner at rest that a load throws at a plane, and one that already flies.
+    for (away_mm, speed_mm_per_s, load_un) in [(1.0, 0.0, 5e4), (3.0, 0.0, 5e5), (2.0, 400.0, 0.0), (0.2, 20.0, 0.0)] {
+        let mut tissue = free_block([2, 2, 2]);
+        let start = tissue.position(0).x;
+        let plane = start - away_mm;
+        tissue.set_load(0, Vec3::NEG_X * load_un).expect("a finite load");
+        (tissue.set_velocity(0, Vec3::NEG_X * speed_mm_per_s)).expect("a finite velocity");
+        let contact = Contact::with_plane(TissuePoint::node(0), Vec3::X, [plane, plane]);
+        let mut nearest_mm = f32::INFINITY;
+        for _ in 0..12 {
+            tissue.advance(1.0 / 60.0, &[contact]).expect("a plain advance");
+            nearest_mm = nearest_mm.min(tissue.position(0).x - plane);
+        }
+        assert!(nearest_mm > -1e-4, "{away_mm} mm away: {nearest_mm} mm");
+        assert!(
+            nearest_mm < 0.5 * away_mm,
+            "it never came near: {away_mm} mm, {nearest_mm} mm"
+        );
+    }
+}
+
+#[test]
 fn contacts_that_make_no_sense_are_counted_and_left_out() {
     let mut tissue = free_block([2, 2, 2]);
     let contact = |node: u32, offset_end: f32| Contact::with_plane(TissuePoint::node(node), Vec3::X, [0.0, offset_end]);
