@@ -10,6 +10,7 @@ mod generate;
 mod images;
 mod import;
 mod mesh;
+mod minutes;
 mod new;
 mod progress;
 mod rates;

@@ -15,6 +15,8 @@ use resecta::{
 };
 use serde::Serialize;
 
+use super::minutes::{MinuteTime, Minutes};
+
 /// Number of the slowest steps that are listed.
 const SLOWEST: usize = 10;
 
@@ -25,6 +27,7 @@ pub struct Stopwatch {
     /// CPU time of all threads when it began and at the end of the last step.
     cpu: [ProcessTime; 2],
     steps: Vec<Step>,
+    minutes: Minutes,
     stages: [Spent; Stage::ALL.len()],
     substeps: u64,
     contacts: u64,
@@ -65,6 +68,8 @@ pub struct Timing {
     pub stages: Vec<StageTime>,
     /// Where the tissue's went, wall time of all steps together.
     pub tissue_s: TissueTimes,
+    /// Every simulated minute: whether a long operation becomes slower, or needs more memory.
+    pub minutes: Vec<MinuteTime>,
     /// The slowest steps, the slowest first.
     pub slowest: Vec<SlowStep>,
 }
@@ -233,6 +238,7 @@ impl Stopwatch {
             last: now,
             cpu: [ProcessTime::now(); 2],
             steps: Vec::new(),
+            minutes: Minutes::start(),
             stages: Self::stages(world),
             substeps: 0,
             contacts: 0,
@@ -253,6 +259,7 @@ impl Stopwatch {
             all: now - self.last,
             tissue: TissueTimes::of(stages),
         });
+        self.minutes.step(now - self.last);
         self.last = now;
         self.substeps += u64::from(stages.substeps);
         self.contacts += stages.contacts as u64;
@@ -297,6 +304,7 @@ impl Stopwatch {
                 })
                 .collect(),
             tissue_s,
+            minutes: self.minutes.finish(),
             slowest: (self.steps.iter().rev().take(SLOWEST))
                 .map(|step| SlowStep {
                     step: step.number,
