@@ -59,9 +59,7 @@ pub fn sound(chip: &Arc<Chip>) -> Arc<Chip> {
         });
         left.triangles.push(corners);
     }
-    left.vertices.shrink_to_fit();
-    left.normals.shrink_to_fit();
-    left.kinds.shrink_to_fit();
+    left.shrink_to_fit();
     (left.centre, left.inertia) = of_shell(&left, chip);
     Arc::new(left)
 }

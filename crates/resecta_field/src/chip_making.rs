@@ -157,11 +157,7 @@ impl ChipMaking {
         if self.area_mm2 > 0.0 {
             chip.thickness_mm = 2.0 * self.enclosed.mass / self.area_mm2;
         }
-        // Chips stay for the rest of an operation.
-        chip.vertices.shrink_to_fit();
-        chip.normals.shrink_to_fit();
-        chip.kinds.shrink_to_fit();
-        chip.triangles.shrink_to_fit();
+        chip.shrink_to_fit();
         chip
     }
 

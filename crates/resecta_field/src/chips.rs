@@ -120,6 +120,14 @@ impl Chip {
             thickness_mm: 0.0,
         }
     }
+
+    /// Gives back what its lists hold beyond their ends: chips stay for the rest of an operation.
+    pub fn shrink_to_fit(&mut self) {
+        self.vertices.shrink_to_fit();
+        self.normals.shrink_to_fit();
+        self.kinds.shrink_to_fit();
+        self.triangles.shrink_to_fit();
+    }
 }
 
 impl Field {

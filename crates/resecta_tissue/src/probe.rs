@@ -28,12 +28,12 @@ pub struct TissueProbe {
     pub nearest: Option<Vec3>,
 }
 
-/// A probe that went further than this since the last step may have passed through tissue, mm, unless no surface was as near as it went:
-/// less than the depth to which the nearest face is known.
+/// A probe that has moved further than this since the last step may have passed through tissue, mm, unless the nearest surface was further
+/// away. Less than the depth to which the nearest face is known.
 const DRIFT_MM: f32 = 1.0;
 
-/// Rays tell again after this many steps in which they were spared: a face turned inside out in a fold may have misled. Not where no face
-/// has been near since they told, as for a chip that lies in the bladder.
+/// Rays are cast again after this many steps without: a face turned inside out in a fold may have misled. A chip that lies free in the bladder
+/// needs none: no face has been near since the last rays.
 const SPARED_STEPS: u32 = 30;
 
 /// The nearest face is looked for so much further than it was, mm, before it is looked for as far as to the depth limit: tissue has
@@ -51,7 +51,7 @@ pub(crate) struct Before {
     within: Option<Entity>,
     /// Steps since rays told.
     spared: u32,
-    /// Whether no surface of any tissue has been near since then.
+    /// Whether no surface of any tissue has been within 3 mm since then.
     is_alone: bool,
 }
 

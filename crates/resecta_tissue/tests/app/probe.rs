@@ -83,29 +83,39 @@ fn a_probe_that_drifts_is_told_what_one_that_comes_anew_is() {
     let across = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
     let at = |x: f32, y: f32| Isometry3d::new(Vec3::new(x, y, 12.5), across);
     let tool = app.world_mut().spawn(loop_tool(at(0.0, 4.0))).id();
-    let (mut inside, mut passed) = (false, 0);
+    let thrown = app.world_mut().spawn(TissueProbe::default()).id();
+    let (mut inside, mut passed) = ([false; 2], [0; 2]);
     for step in 0..240u32 {
         let time = step as f32 / 60.0;
         let mut tool = app.world_mut().get_mut::<TissueTool>(tool).unwrap();
         // To and fro with current, each time beside the last.
         tool.cutting = true;
         tool.pose = at(-3.0 + 1.5 * time, 5.0 * (4.0 * time).cos());
-        // Down into the trenches and into what is between them, at up to 40 mm/s.
-        let point = Vec3::new(
-            2.0 * (3.1 * time).sin(),
-            3.0 * (2.3 * time).cos(),
-            10.5 + 2.5 * (7.0 * time).sin(),
-        );
-        let fresh = app.world_mut().spawn(TissueProbe { point, ..default() }).id();
-        let told = ask(&mut app, drifting, point);
-        let anew = *app.world().get::<TissueProbe>(fresh).unwrap();
-        assert_eq!(told.1, anew.inside, "step {step} at {point}");
-        assert_eq!(told.0.map(f32::abs), anew.distance_mm);
-        app.world_mut().despawn(fresh);
-        passed += u32::from(inside != told.1);
-        inside = told.1;
+        // Down into the trenches and into what is between them, at up to 40 mm/s; and thrown up and down through the top, at up to 150.
+        let [x, y] = [2.0 * (3.1 * time).sin(), 3.0 * (2.3 * time).cos()];
+        let heights = [10.5 + 2.5 * (7.0 * time).sin(), 13.0 + 6.0 * (25.0 * time).sin()];
+        for (n, probe) in [drifting, thrown].into_iter().enumerate() {
+            let point = Vec3::new(x, y, heights[n]);
+            app.world_mut().get_mut::<TissueProbe>(probe).unwrap().point = point;
+        }
+        let probes = [drifting, thrown].map(|probe| {
+            let point = app.world().get::<TissueProbe>(probe).unwrap().point;
+            (probe, app.world_mut().spawn(TissueProbe { point, ..default() }).id())
+        });
+        app.update();
+        for (n, (probe, fresh)) in probes.into_iter().enumerate() {
+            let [told, anew] = [probe, fresh].map(|probe| *app.world().get::<TissueProbe>(probe).unwrap());
+            assert_eq!(told.inside, anew.inside, "step {step}, probe {n} at {}", told.point);
+            assert_eq!(told.distance_mm, anew.distance_mm);
+            app.world_mut().despawn(fresh);
+            passed[n] += u32::from(inside[n] != told.inside);
+            inside[n] = told.inside;
+        }
     }
-    assert!(passed > 5, "{passed} times through the surface");
+    assert!(
+        passed.into_iter().all(|passed| passed > 5),
+        "{passed:?} times through the surface"
+    );
 }
 
 #[test]
