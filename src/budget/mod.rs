@@ -12,13 +12,13 @@ mod scenes;
 mod surface;
 mod verdicts;
 
-use std::{fs, io, path::Path, path::PathBuf};
+use std::path::Path;
 
-use resecta_instrument::ScriptError;
-use resecta_methods::{Progress, ReportError};
-use resecta_scenario::{EndReason, ExerciseError, Library};
+use resecta_methods::Progress;
+use resecta_scenario::Library;
 use serde::Serialize;
-use thiserror::Error;
+
+use crate::measured::{MeasuredError, write_files};
 
 pub use contact::{Gaps, InPart, Inverted, PARTS, Standing};
 pub use parts::{Part, Setting};
@@ -32,45 +32,6 @@ const ASIDE_MM: [f32; 4] = [1e-3, -1e-3, 2e-3, -2e-3];
 const WATER_CMH2O: f64 = 60.0;
 /// A scene with more strokes is long: `parts::all`.
 const LONG_STROKES: usize = 4;
-
-/// Why there is no budget.
-#[derive(Debug, Error)]
-pub enum BudgetError {
-    /// The exercise of a scene was refused.
-    #[error(transparent)]
-    Exercise(Box<ExerciseError>),
-    /// The script of a scene was refused.
-    #[error(transparent)]
-    Script(#[from] ScriptError),
-    /// A run was over before its scene was.
-    #[error("scene {scene}: the run ended early: {}", reason.words())]
-    Ended {
-        /// The scene.
-        scene: &'static str,
-        /// Why the run ended.
-        reason: EndReason,
-    },
-    /// The tissue or the instrument went, or the tissue cannot be cut so finely.
-    #[error("scene {scene}: there is no fine surface to look at")]
-    Lost {
-        /// The scene.
-        scene: &'static str,
-    },
-    /// A chart could not be drawn.
-    #[error(transparent)]
-    Chart(#[from] ReportError),
-    /// A file could not be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// The numbers could not be written as JSON.
-    #[error("cannot write the numbers as JSON: {0}")]
-    Json(#[from] serde_json::Error),
-}
 
 /// All that was measured.
 #[derive(Debug, Clone, Serialize)]
@@ -184,8 +145,8 @@ impl Budget {
 ///
 /// # Errors
 ///
-/// [`BudgetError`].
-pub fn write_budget(out: &Path, library: &Library, progress: impl FnMut(Progress)) -> Result<Budget, BudgetError> {
+/// [`MeasuredError`].
+pub fn write_budget(out: &Path, library: &Library, progress: impl FnMut(Progress)) -> Result<Budget, MeasuredError> {
     write_budget_of(&scenes(), out, library, progress)
 }
 
@@ -199,12 +160,7 @@ pub fn write_budget_of(
     out: &Path,
     library: &Library,
     mut progress: impl FnMut(Progress),
-) -> Result<Budget, BudgetError> {
-    let cannot_write = |path: &Path, source| BudgetError::Write {
-        path: path.to_path_buf(),
-        source,
-    };
-    fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
+) -> Result<Budget, MeasuredError> {
     let mut budget = Budget { scenes: Vec::new() };
     for (done, scene) in scenes.iter().enumerate() {
         let begins = |method| Progress {
@@ -217,26 +173,29 @@ pub fn write_budget_of(
             .scenes
             .push(measure(scene, library, |part| progress(begins(part)))?);
     }
+    // Without spaces: the numbers of all runs are many.
+    let json = serde_json::to_string(&budget)? + "\n";
+    write_files(
+        out,
+        &[("budget.md".into(), page::page(&budget)), ("budget.json".into(), json)],
+    )?;
     for (name, chart) in page::charts(&budget) {
         chart.draw(&out.join(name))?;
-    }
-    for (name, text) in [
-        ("budget.md", page::page(&budget)),
-        ("budget.json", serde_json::to_string(&budget)? + "\n"),
-    ] {
-        let path = out.join(name);
-        fs::write(&path, text).map_err(|source| cannot_write(&path, source))?;
     }
     Ok(budget)
 }
 
 /// Plays a scene with every setting of every part.
-fn measure(scene: &Scene, library: &Library, mut begins: impl FnMut(&'static str)) -> Result<SceneResult, BudgetError> {
+fn measure(
+    scene: &Scene,
+    library: &Library,
+    mut begins: impl FnMut(&'static str),
+) -> Result<SceneResult, MeasuredError> {
     begins("as shipped");
     let shipped = play(scene, Setting::Shipped, library, true)?;
     let beside = |setting, against: Option<&Played>| {
         let played = play(scene, setting, library, false)?;
-        Ok::<_, BudgetError>(RunResult::of(setting, &played, against))
+        Ok::<_, MeasuredError>(RunResult::of(setting, &played, against))
     };
     let aside = ASIDE_MM.map(|mm| beside(Setting::Aside(mm), Some(&shipped)));
     let noise = aside.into_iter().collect::<Result<_, _>>()?;
@@ -261,7 +220,7 @@ fn measure(scene: &Scene, library: &Library, mut begins: impl FnMut(&'static str
     })
 }
 
-fn measure_part(scene: &Scene, library: &Library, part: &Part, shipped: &Played) -> Result<PartResult, BudgetError> {
+fn measure_part(scene: &Scene, library: &Library, part: &Part, shipped: &Played) -> Result<PartResult, MeasuredError> {
     let Some(finest) = part.finest() else {
         unreachable!("every part has finer settings");
     };

@@ -6,12 +6,13 @@ use bevy::prelude::*;
 use cpu_time::ProcessTime;
 use resecta_field::SurfaceKind;
 use resecta_instrument::{InstrumentSource, InstrumentState, Resectoscope};
-use resecta_scenario::{ActiveExercise, ExerciseError, Library, MetricId, Metrics, RunState, STEP_HZ, headless};
+use resecta_scenario::{ActiveExercise, Library, MetricId, Metrics, RunState, STEP_HZ, headless};
 use resecta_tissue::{Tissue, TissueContact, TissueDiagnostics};
 use serde::Serialize;
 
+use crate::measured::MeasuredError;
+
 use super::{
-    BudgetError,
     contact::{self, Gaps, Standing},
     parts::Setting,
     scenes::Scene,
@@ -98,8 +99,13 @@ fn keep_contacts(mut messages: MessageReader<TissueContact>, mut last: ResMut<La
 /// of a second each.
 ///
 /// # Errors
-/// [`BudgetError`]: the exercise or the script is refused, or the run ends before the scene does.
-pub fn play(scene: &Scene, setting: Setting, library: &Library, looks_at_contact: bool) -> Result<Played, BudgetError> {
+/// [`MeasuredError`]: the exercise or the script is refused, or the run ends before the scene does.
+pub fn play(
+    scene: &Scene,
+    setting: Setting,
+    library: &Library,
+    looks_at_contact: bool,
+) -> Result<Played, MeasuredError> {
     let mut exercise = scene.exercise(library)?;
     setting.change_exercise(&mut exercise);
     let mut loaded = library.load_value(scene.key, exercise)?;
@@ -126,7 +132,7 @@ pub fn play(scene: &Scene, setting: Setting, library: &Library, looks_at_contact
             run.step(&mut app);
         }
         if let Some(RunState::Ended(reason)) = app.world().get_resource() {
-            return Err(BudgetError::Ended {
+            return Err(MeasuredError::Ended {
                 scene: scene.key,
                 reason: *reason,
             });
@@ -134,7 +140,7 @@ pub fn play(scene: &Scene, setting: Setting, library: &Library, looks_at_contact
         let about = script.sample(look.about_s, &start);
         let region = region(scene, &scope, &about);
         let shot = shot(app.world(), (region, look.counts), looks_at_contact);
-        shots.push(shot.ok_or(BudgetError::Lost { scene: scene.key })?);
+        shots.push(shot.ok_or(MeasuredError::Lost { scene: scene.key })?);
     }
     let metrics = app.world().resource::<Metrics>();
     let removed_mm3 = metrics.value(MetricId::Removed);
@@ -254,11 +260,5 @@ impl Run {
                 ..self.over_steps
             },
         )
-    }
-}
-
-impl From<ExerciseError> for BudgetError {
-    fn from(source: ExerciseError) -> Self {
-        BudgetError::Exercise(Box::new(source))
     }
 }

@@ -7,7 +7,6 @@ use resecta::{
     anatomy::{CaseError, CaseRuleError, LatticeError, generate::GenerateError, import::ImportError},
     annotate::{AnnotateError, ModelError, StackError, TrainError, TrainingFolderError},
     assets::AssetsMissing,
-    budget::BudgetError,
     game::GameError,
     instrument::{RecordingError, ScriptError},
     measured::MeasuredError,
@@ -96,8 +95,6 @@ pub enum Failure {
     SpringScene(#[from] SpringSceneError),
     #[error(transparent)]
     Accuracy(#[from] resecta_methods::ReportError),
-    #[error(transparent)]
-    Budget(#[from] BudgetError),
     #[error("{}: {problem}", scene.display())]
     Solve { scene: PathBuf, problem: String },
     #[error("{faults} faults in {bad} of {files} files")]
