@@ -124,6 +124,7 @@ fn main() -> Result {
     let cutter = LoopCutter {
         width_mm: 6.5,
         depth_mm: 4.5,
+        kerf: Kerf::default(),
         centre: Vec3::ZERO,
         travel: Vec3::NEG_Z,
         down: Vec3::Y,

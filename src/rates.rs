@@ -19,8 +19,8 @@ use resecta_solver::{
     reference::{self, Inertia},
 };
 use resecta_tissue::{
-    CutDetail, CuttingRule, LoopCutter, Tissue, TissueDiagnostics, TissuePlugin, TissueSettings, TissueTool, ToolPart,
-    ToolPartKind,
+    CutDetail, CuttingRule, Kerf, LoopCutter, Tissue, TissueDiagnostics, TissuePlugin, TissueSettings, TissueTool,
+    ToolPart, ToolPartKind,
 };
 use thiserror::Error;
 
@@ -265,6 +265,7 @@ fn loop_at(place: Vec3, cutting: bool) -> TissueTool {
     let cutter = LoopCutter {
         width_mm,
         depth_mm,
+        kerf: Kerf::default(),
         centre: Vec3::NEG_Y * depth_mm,
         travel: Vec3::Z,
         down: Vec3::Y,

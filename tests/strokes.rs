@@ -26,7 +26,10 @@ fn is_clean(stroked: &Stroked) {
     assert!(trough.roughness_mm <= 0.25 && trough.missed < 0.05, "{name}");
     // 4 mm² are the target; a stroke at 12 o'clock under water leaves 4.1.
     assert!(trough.largest_sheet_mm2 <= 4.5, "{name}");
-    assert!((chip.chip_mm3 / chip.missing_mm3 - 1.0).abs() <= 0.05, "{name}");
+    assert!((chip.share() - 1.0).abs() <= 0.05, "{name}");
+    // 0.45 mm along the wire: a sixth of a full stroke and up to two fifths of a shallow one.
+    let vaporised = chip.vaporised_mm3 / chip.missing_mm3;
+    assert!((0.15..0.45).contains(&vaporised), "{name}");
     // The wire takes what it sweeps: no more tears off beside it than crumbs.
     assert!(chip.torn_mm3 <= 0.1 * chip.missing_mm3, "{name}");
     // 5 of 10,000 pentahedra, of which the gland has some 7,000; never more than 1.5 mm in the steel.

@@ -52,6 +52,8 @@ pub struct ChipSize {
     pub missing_mm3: f64,
     /// What of that tore off, mm³.
     pub torn_mm3: f64,
+    /// What of that vaporised, mm³.
+    pub vaporised_mm3: f64,
     /// The largest chip of it, mm³.
     pub chip_mm3: f64,
     /// Its mass, g.
@@ -65,9 +67,15 @@ pub struct ChipSize {
 }
 
 impl ChipSize {
+    /// Share of the largest chip in what did not vaporise, 0 to 1.
+    pub fn share(&self) -> f64 {
+        self.chip_mm3 / (self.missing_mm3 - self.vaporised_mm3)
+    }
+
     /// Takes in the chips of a stroke.
     fn take(&mut self, chips: &[Arc<Chip>], density_g_per_mm3: f64, middle: LoopPose) {
         self.chips = chips.len();
+        self.vaporised_mm3 = chips.iter().map(|chip| chip.vaporised_mm3).sum();
         let Some(largest) = (chips.iter()).max_by(|a, b| a.rest_volume_mm3.total_cmp(&b.rest_volume_mm3)) else {
             return;
         };
@@ -161,7 +169,9 @@ pub fn stroke(
     chip.take(&chips, density, middle);
     let scope = world.get::<Resectoscope>(active.instrument);
     let geometry = scope.map(|scope| scope.geometry).unwrap_or_default();
-    let size_mm = [geometry.loop_width_mm, geometry.loop_depth_mm];
+    // To the outer edge of the wire.
+    let wire_mm = geometry.wire_diameter_mm;
+    let size_mm = [geometry.loop_width_mm + wire_mm, geometry.loop_depth_mm + 0.5 * wire_mm];
     Ok(Some(Stroked {
         case: case.into(),
         pressure_cmh2o,

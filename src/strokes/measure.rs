@@ -44,8 +44,8 @@ pub struct Trough {
     pub largest_sheet_mm2: f64,
 }
 
-/// What a loop of this width and depth (mm) that took these poses under current left of a tissue. Where none was beyond the wire before,
-/// nothing is compared.
+/// What a loop that took these poses under current left of a tissue. Its width and depth, mm, are those of the wire's outer edge. Where no
+/// tissue was beyond the wire before, nothing is compared.
 pub fn trough(
     before: &TissueSurface,
     surface: &TissueSurface,

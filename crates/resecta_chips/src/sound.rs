@@ -44,7 +44,11 @@ pub fn sound(chip: &Arc<Chip>) -> Arc<Chip> {
         normals: Vec::new(),
         kinds: Vec::new(),
         triangles: Vec::with_capacity(triangles.len()),
-        ..(**chip).clone()
+        rest_volume_mm3: chip.rest_volume_mm3,
+        vaporised_mm3: chip.vaporised_mm3,
+        centre: chip.centre,
+        inertia: chip.inertia,
+        thickness_mm: chip.thickness_mm,
     };
     for triangle in triangles {
         let corners = triangle.map(|vertex| {
@@ -138,6 +142,7 @@ mod tests {
             vertices,
             triangles,
             rest_volume_mm3: 5.0,
+            vaporised_mm3: 0.0,
             centre: DVec3::new(9.0, 9.0, 9.0),
             inertia: DMat3::IDENTITY,
             thickness_mm: 1.0,

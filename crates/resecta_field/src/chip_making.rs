@@ -13,6 +13,7 @@ use crate::mesh::Mesh;
 use crate::moments::Moments;
 use crate::points::Points;
 use crate::surface::{NONE, Piece, Surface};
+use crate::volume;
 
 /// Share of a chip's volume that its surface must enclose to stand for it.
 const LEAST_ENCLOSED: f64 = 0.5;
@@ -41,8 +42,10 @@ pub struct ChipMaking {
     enclosed: Moments,
     /// Area of the surface, mm².
     area_mm2: f64,
-    /// What every pentahedron lost, mm³, those without a part of the surface included.
+    /// What every pentahedron lost, mm³, those without a part of the surface included; ascending by pentahedron.
     lost: Vec<(u32, f64)>,
+    /// Whether a part of that vaporised.
+    vaporises: bool,
 }
 
 impl ChipMaking {
@@ -73,7 +76,15 @@ impl ChipMaking {
             enclosed: Moments::default(),
             area_mm2: 0.0,
             lost,
+            vaporises: false,
         }
+    }
+
+    /// The same, where only what the values hold becomes the chip, and the rest of what was lost vaporised.
+    pub(crate) fn less_what_vaporised(mut self) -> Self {
+        self.vaporises = true;
+        self.chip.vaporised_mm3 = std::mem::take(&mut self.chip.rest_volume_mm3);
+        self
     }
 
     /// Goes on by about as much work as so many pentahedra are; the chip when it is made, which ends this. `field` must be
@@ -92,6 +103,13 @@ impl ChipMaking {
             let pentahedron = self.pentahedra[self.placed];
             self.surface
                 .place_vertices(mesh, points, sample, &mut gathered, pentahedron);
+            if self.vaporises {
+                let lost = (self.lost).binary_search_by_key(&pentahedron, |&(pentahedron, _)| pentahedron);
+                let lost_mm3 = lost.map_or(0.0, |index| self.lost[index].1);
+                let held_mm3 = volume::positive_mm3(mesh, points, pentahedron).min(lost_mm3);
+                self.chip.rest_volume_mm3 += held_mm3;
+                self.chip.vaporised_mm3 -= held_mm3;
+            }
             self.placed += 1;
             left -= 1;
         }
@@ -152,6 +170,8 @@ impl ChipMaking {
         let mut chip = std::mem::replace(&mut self.chip, Chip::empty(0.0));
         let normals = chip.normals.iter_mut();
         normals.for_each(|normal| *normal = normal.normalize_or_zero());
+        // Not below 0 by rounding.
+        chip.vaporised_mm3 = chip.vaporised_mm3.max(0.0);
         let moments = self.moments(mesh, chip.rest_volume_mm3);
         (chip.centre, chip.inertia) = moments.about_centre(chip.rest_volume_mm3);
         if self.area_mm2 > 0.0 {

@@ -1,6 +1,7 @@
 //! Chips: what has been cut away since a chip was begun, as a body of its own.
 //!
-//! Its value is `min(before, -after)`: positive where tissue was and is no more. Its volume is what the pentahedra lost;
+//! Its value is `min(before, -after)`: positive where tissue was and is no more. Where a current took it, the distance to the part that
+//! does not vaporise stands for `after`. The chip's volume is what the pentahedra lost, less what vaporised;
 //! its surface takes more time to make than a step of a stroke has (`chip_making.rs`).
 
 use std::collections::BTreeMap;
@@ -18,6 +19,11 @@ pub struct Before {
     values: Vec<f32>,
     /// The points that have one.
     points: Vec<u32>,
+    /// Distance of a point to what currents took and did not vaporise, mm; infinite where no current passed, minus infinite where the point
+    /// came off without one.
+    of_chip: Vec<f32>,
+    /// Whether a current has vaporised anything.
+    vaporises: bool,
     /// Kept volume by pentahedron.
     kept: BTreeMap<u32, f64>,
 }
@@ -37,6 +43,8 @@ impl Before {
         for point in self.points.drain(..) {
             self.values[point as usize] = f32::NAN;
         }
+        self.of_chip.clear();
+        self.vaporises = false;
         self.kept.clear();
     }
 
@@ -66,6 +74,39 @@ impl Before {
         }
     }
 
+    /// Notes how far a point is from what a step of a current takes and does not vaporise, mm.
+    #[inline(always)]
+    pub fn lower_of_chip(&mut self, point: u32, distance: f32) {
+        if self.is_under_way {
+            let lowest = self.of_chip_mut(point);
+            *lowest = lowest.min(distance);
+            self.vaporises = true;
+        }
+    }
+
+    /// Notes that a point comes off without a current, so that all around it is part of the chip.
+    #[inline(always)]
+    pub fn keep_for_chip(&mut self, point: u32) {
+        if self.is_under_way {
+            *self.of_chip_mut(point) = f32::NEG_INFINITY;
+        }
+    }
+
+    fn of_chip_mut(&mut self, point: u32) -> &mut f32 {
+        let index = point as usize;
+        if index >= self.of_chip.len() {
+            self.of_chip.resize(index + 1, f32::INFINITY);
+        }
+        &mut self.of_chip[index]
+    }
+
+    /// Distance of a point to what becomes the chip, mm, with its value after the cut: less where a current took it, of which the outermost
+    /// layer vaporises.
+    fn of_chip(&self, point: u32, after: f32) -> f32 {
+        let lowest = self.of_chip.get(point as usize).copied();
+        lowest.filter(|lowest| lowest.is_finite()).unwrap_or(after)
+    }
+
     pub fn remember_kept(&mut self, pentahedron: u32, kept_mm3: f64) {
         if self.is_under_way {
             self.kept.entry(pentahedron).or_insert(kept_mm3);
@@ -79,7 +120,8 @@ impl Before {
     }
 
     pub fn bytes(&self) -> usize {
-        4 * (self.values.capacity() + self.points.capacity()) + self.kept.len() * size_of::<(u32, f64)>()
+        let numbers = self.values.capacity() + self.points.capacity() + self.of_chip.capacity();
+        4 * numbers + self.kept.len() * size_of::<(u32, f64)>()
     }
 }
 
@@ -94,9 +136,11 @@ pub struct Chip {
     pub kinds: Vec<SurfaceKind>,
     /// Closed and outward.
     pub triangles: Vec<[u32; 3]>,
-    /// Volume at rest, mm³: what the cuts since [`Field::begin_chip`] reported as removed. Slivers count; the surface
-    /// does not enclose them.
+    /// Volume at rest, mm³: what the cuts since [`Field::begin_chip`] reported as removed, less what vaporised. Slivers of a cut without a
+    /// kerf count; the surface does not enclose them.
     pub rest_volume_mm3: f64,
+    /// What vaporised of that, mm³ at rest.
+    pub vaporised_mm3: f64,
     /// Centre of what the surface encloses, mm.
     pub centre: DVec3,
     /// Inertia about the centre of that body for a mass of 1 a mm³ at rest, mm⁵.
@@ -115,6 +159,7 @@ impl Chip {
             kinds: Vec::new(),
             triangles: Vec::new(),
             rest_volume_mm3,
+            vaporised_mm3: 0.0,
             centre: DVec3::ZERO,
             inertia: DMat3::ZERO,
             thickness_mm: 0.0,
@@ -179,13 +224,22 @@ impl Field {
         if lost.iter().map(|(_, mm3)| mm3).sum::<f64>() <= 0.0 {
             return None;
         }
-        let value = |point: u32, after: f32| before.value(point).map_or(-after.abs(), |before| before.min(-after));
+        let value = |point: u32, after: f32| {
+            let was = before.value(point);
+            was.map_or(-after.abs(), |was| was.min(-before.of_chip(point, after)))
+        };
         // Elsewhere the chip's values are nowhere positive.
         let is_part = |&point: &u32| value(point, self.points.values[point as usize]) > 0.0;
         let pentahedra: Vec<u32> = (before.kept.keys().copied())
             .filter(|&pentahedron| self.points.of(pentahedron).iter().any(is_part))
             .collect();
         let points = self.points.part(&pentahedra, value);
-        Some(ChipMaking::new(self, points, pentahedra, lost, positions))
+        let vaporises = before.vaporises;
+        let making = ChipMaking::new(self, points, pentahedra, lost, positions);
+        Some(if vaporises {
+            making.less_what_vaporised()
+        } else {
+            making
+        })
     }
 }

@@ -144,8 +144,9 @@ impl Field {
         tool: &Prepared,
         pentahedron: u32,
         positions: &[Vec3],
-        distances: &mut Vec<[Lanes; 2]>,
+        distances: &mut Vec<[Lanes; 3]>,
     ) {
+        let vaporises = tool.kerf_mm() > 0.0;
         let origin = tool.origin();
         let nodes = self.mesh.pentahedra[pentahedron as usize];
         let shape = Carrier::new(nodes.map(|node| (positions[node as usize].as_dvec3() - origin).as_vec3()));
@@ -156,13 +157,16 @@ impl Field {
         }
         self.touch(edit, pentahedron);
         let (ids, mut values) = self.points.of_and_values(pentahedron);
-        for (ids, [distance, gone]) in ids.chunks(LANES).zip(distances.iter()) {
+        for (ids, [distance, gone, of_chip]) in ids.chunks(LANES).zip(distances.iter()) {
             for (lane, &point) in ids.iter().enumerate() {
                 let (old, mark) = values.get(point);
                 if mark >= edit.seen || old <= -self.band {
                     continue;
                 }
                 let value = if old > 0.0 { distance[lane] } else { gone[lane] };
+                if vaporises && value <= 0.0 {
+                    self.before.lower_of_chip(point, of_chip[lane]);
+                }
                 if value < old {
                     values.lower(edit, &mut self.before, point, value.max(-self.band));
                 } else {
@@ -218,6 +222,7 @@ impl Field {
         };
         let (_, mut values) = self.points.of_and_values(pentahedron);
         values.lower(edit, &mut self.before, point, value);
+        self.before.keep_for_chip(point);
         sharing
     }
 

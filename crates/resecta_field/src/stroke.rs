@@ -12,6 +12,9 @@
 //! sweeps. The values beside them would say so all the same, and move the wall next to them inwards by up to a spacing:
 //! a ridge a step. So a step under way also gives points shortly behind its start that are gone already the distance
 //! that they have to the stroke as a whole, as if the step had begun where the stroke did.
+//!
+//! The current vaporises a kerf, the outermost layer of what the loop takes. A third distance is that to the rest, which becomes the
+//! chip: the same with the ellipse drawn in by the kerf. The open side and the end faces have no wire, and no kerf.
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use resecta_solver::{LoopPose, LoopSweep};
@@ -30,6 +33,8 @@ pub struct Swept {
     /// How far the stroke had come, and how far behind the step it is looked back at.
     run: f32,
     reach: f32,
+    /// How far the chip's surface lies inside of the ellipse.
+    kerf: f32,
     /// Places are given relative to this: the centre at the start.
     pub origin: DVec3,
     /// From centre to centre, and the part of it that is along the first plane's normal.
@@ -44,7 +49,7 @@ pub struct Swept {
 }
 
 impl Swept {
-    pub fn new(sweep: &LoopSweep, run: f64, reach: f64) -> Self {
+    pub fn new(sweep: &LoopSweep, [run, reach, kerf]: [f64; 3]) -> Self {
         let unit = |pose: LoopPose| {
             let travel = pose.travel.normalize();
             LoopPose {
@@ -54,15 +59,15 @@ impl Swept {
             }
         };
         let size = DVec2::new(0.5 * sweep.width_mm, sweep.depth_mm);
-        Self::between(unit(sweep.from), unit(sweep.to), size, run, reach)
+        Self::between(unit(sweep.from), unit(sweep.to), size, [run, reach, kerf])
     }
 
     pub fn straight(from: DVec3, to: DVec3, travel: DVec3, down: DVec3, radius: f64) -> Self {
         let pose = |centre| LoopPose { centre, travel, down };
-        Self::between(pose(from), pose(to), DVec2::splat(radius), 0.0, 0.0)
+        Self::between(pose(from), pose(to), DVec2::splat(radius), [0.0; 3])
     }
 
-    fn between(from: LoopPose, to: LoopPose, size: DVec2, run: f64, reach: f64) -> Self {
+    fn between(from: LoopPose, to: LoopPose, size: DVec2, [run, reach, kerf]: [f64; 3]) -> Self {
         let moved = to.centre - from.centre;
         let sideways = moved.reject_from_normalized(from.travel).length();
         let turn = from.travel.distance(to.travel).max(from.down.distance(to.down));
@@ -72,6 +77,7 @@ impl Swept {
             size,
             run: run as f32,
             reach: reach as f32,
+            kerf: kerf as f32,
             origin: from.centre,
             moved: moved.as_vec3(),
             forward: moved.dot(from.travel) as f32,
@@ -82,11 +88,16 @@ impl Swept {
         }
     }
 
+    /// How thick a layer of what goes vaporises, mm.
+    pub fn kerf_mm(&self) -> f32 {
+        self.kerf
+    }
+
     /// See `Prepared::distances`.
     #[inline(always)]
-    pub fn distances(&self, places: &[Lanes; 3]) -> [Lanes; 2] {
+    pub fn distances(&self, places: &[Lanes; 3]) -> [Lanes; 3] {
         let [before, after] = self.heights(places);
-        let profile = if self.is_straight {
+        let [profile, inner] = if self.is_straight {
             let scale = if self.forward == 0.0 { 0.0 } else { 1.0 / self.forward };
             // The plane passes a place when it has come as far; beyond the ends the nearer one counts.
             let instants = lanes::map(&before, |before| (before * scale).clamp(0.0, 1.0));
@@ -95,23 +106,26 @@ impl Swept {
                 lanes::dot_one(&offset, self.across),
                 lanes::dot_one(&offset, self.from.down.as_vec3()),
             );
-            half_ellipses(&x, &y, self.size.as_vec2())
+            half_ellipses(&x, &y, self.size.as_vec2(), self.kerf)
         } else {
             self.turning_profiles(places, &before, &after)
         };
         let (run, reach) = (self.run, self.run.min(self.reach));
-        let mut result = [[0.0; LANES]; 2];
+        let mut result = [[0.0; LANES]; 3];
         for l in 0..LANES {
             let (start, end) = (before[l].abs(), after[l].abs());
-            let inside = profile[l].max(-(start + run).min(end));
             let height = start.min(end);
-            let outside = profile[l].max(height);
-            let behind = profile[l].max(height - run).max(-end).min(outside);
             let is_looked_back_at = (start < end) & (height < reach);
-            let gone = if is_looked_back_at { behind } else { outside };
             let passes = before[l] * after[l] <= 0.0;
-            result[0][l] = if passes { inside } else { outside };
-            result[1][l] = if passes { inside } else { gone };
+            let of = |profile: f32| {
+                let inside = profile.max(-(start + run).min(end));
+                let outside = profile.max(height);
+                let behind = profile.max(height - run).max(-end).min(outside);
+                let gone = if is_looked_back_at { behind } else { outside };
+                if passes { [inside; 2] } else { [outside, gone] }
+            };
+            [result[0][l], result[1][l]] = of(profile[l]);
+            [_, result[2][l]] = of(inner[l]);
         }
         result
     }
@@ -152,10 +166,10 @@ impl Swept {
         floors
     }
 
-    /// Signed distances to the half ellipse in the planes that pass the places, or in the nearer plane of the ends.
+    /// See [`half_ellipses`]: in the planes that pass the places, or in the nearer plane of the ends.
     /// `before`, `after`: heights over the planes at both ends.
     #[inline(always)]
-    fn turning_profiles(&self, places: &[Lanes; 3], before: &Lanes, after: &Lanes) -> Lanes {
+    fn turning_profiles(&self, places: &[Lanes; 3], before: &Lanes, after: &Lanes) -> [Lanes; 2] {
         let turned = (self.to.travel - self.from.travel).as_vec3();
         let lowered = (self.to.down - self.from.down).as_vec3();
         let a = -self.moved.dot(turned);
@@ -190,6 +204,7 @@ impl Swept {
             &lanes::dot(&offset, &across),
             &lanes::dot(&offset, &down),
             self.size.as_vec2(),
+            self.kerf,
         )
     }
 
@@ -224,12 +239,13 @@ impl Swept {
     }
 }
 
-/// Signed distances, to first order, to the half `y >= 0` of an ellipse with these half axes.
+/// Signed distances, to first order, to the half `y >= 0` of an ellipse with these half axes; and to that half of what lies further than
+/// `kerf` inside of the ellipse.
 #[inline(always)]
-fn half_ellipses(x: &Lanes, y: &Lanes, size: Vec2) -> Lanes {
+fn half_ellipses(x: &Lanes, y: &Lanes, size: Vec2, kerf: f32) -> [Lanes; 2] {
     let scale = 1.0 / size;
     let middle = -size.min_element();
-    let mut out = [0.0; LANES];
+    let mut out = [[0.0; LANES]; 2];
     for l in 0..LANES {
         let (u, v) = (x[l] * scale.x, y[l].max(0.0) * scale.y);
         let q = (u * u + v * v).sqrt();
@@ -237,7 +253,8 @@ fn half_ellipses(x: &Lanes, y: &Lanes, size: Vec2) -> Lanes {
         let slope = (du * du + dv * dv).sqrt();
         let ellipse = q * (q - 1.0) / slope;
         let ellipse = if slope > 0.0 { ellipse } else { middle };
-        out[l] = ellipse.max(-y[l]);
+        out[0][l] = ellipse.max(-y[l]);
+        out[1][l] = (ellipse + kerf).max(-y[l]);
     }
     out
 }
@@ -247,6 +264,7 @@ fn half_ellipses(x: &Lanes, y: &Lanes, size: Vec2) -> Lanes {
 pub struct LoopStroke {
     pose: LoopPose,
     size_mm: [f64; 2],
+    kerf_mm: f64,
     /// Way since the loop last turned back, mm; negative against the normal of its plane.
     way_mm: f64,
 }
@@ -257,8 +275,14 @@ impl LoopStroke {
         Self {
             pose,
             size_mm: [width_mm, depth_mm],
+            kerf_mm: 0.0,
             way_mm: 0.0,
         }
+    }
+
+    /// The same stroke of a current that vaporises the outermost layer of what the loop takes, so thick, mm.
+    pub fn with_kerf(self, kerf_mm: f64) -> Self {
+        Self { kerf_mm, ..self }
     }
 
     /// What the loop sweeps over on its way to the next pose. A pose that is not finite is not gone to: cutting with
@@ -281,6 +305,7 @@ impl LoopStroke {
         Tool::Loop {
             sweep,
             run_mm: before.abs(),
+            kerf_mm: self.kerf_mm,
         }
     }
 }
@@ -322,7 +347,7 @@ mod tests {
     #[test]
     fn the_sign_is_that_of_the_swept_solid() {
         let sweep = turning();
-        let swept = Swept::new(&sweep, 0.0, 0.0);
+        let swept = Swept::new(&sweep, [0.0; 3]);
         for point in grid() {
             let distance = distance(&swept, point);
             if distance.abs() > 2e-3 {
@@ -334,7 +359,7 @@ mod tests {
     #[test]
     fn no_place_in_a_ball_is_nearer_than_the_balls_floor() {
         for swept in [
-            Swept::new(&turning(), 0.0, 0.0),
+            Swept::new(&turning(), [0.0; 3]),
             Swept::straight(DVec3::ZERO, DVec3::new(0.3, 0.2, 2.0), DVec3::Z, DVec3::Y, 2.0),
         ] {
             let mut left_out = 0;
@@ -356,7 +381,7 @@ mod tests {
 
     #[test]
     fn the_distance_is_continuous() {
-        let swept = Swept::new(&turning(), 0.0, 0.0);
+        let swept = Swept::new(&turning(), [0.0; 3]);
         for point in grid() {
             for step in DVec3::AXES {
                 let change = distance(&swept, point + 1e-4 * step) - distance(&swept, point);

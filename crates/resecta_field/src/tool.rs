@@ -36,6 +36,9 @@ pub enum Tool {
         /// How far the same stroke had come before this step, mm; 0 for its first step. Behind the start of a step of a
         /// stroke under way there is no end face, and so no ridge.
         run_mm: f64,
+        /// How thick the outermost layer of it is that vaporises instead of becoming part of a chip, mm; 0 or more. Where there is no wire,
+        /// at the open side and at both ends, nothing does.
+        kerf_mm: f64,
     },
 }
 
@@ -51,7 +54,7 @@ pub struct Bounds {
 /// A tool made ready for many points.
 pub enum Prepared {
     Sphere(DVec3, f64),
-    Swept(Swept),
+    Swept(Box<Swept>),
 }
 
 impl Tool {
@@ -79,9 +82,10 @@ impl Tool {
                     return Ok(None);
                 };
                 let down = direction(NAME, "down", down.reject_from_normalized(travel))?;
-                Some(Prepared::Swept(Swept::straight(from, to, travel, down, radius_mm)))
+                let swept = Swept::straight(from, to, travel, down, radius_mm);
+                Some(Prepared::Swept(Box::new(swept)))
             }
-            Tool::Loop { sweep, run_mm } => {
+            Tool::Loop { sweep, run_mm, kerf_mm } => {
                 const NAME: &str = "loop";
                 for pose in [&sweep.from, &sweep.to] {
                     finite(NAME, "centre", pose.centre)?;
@@ -92,10 +96,13 @@ impl Tool {
                 }
                 positive(NAME, "width", sweep.width_mm)?;
                 positive(NAME, "depth", sweep.depth_mm)?;
-                if !run_mm.is_finite() || *run_mm < 0.0 {
-                    return Err(refused(NAME, "run", *run_mm, "a finite length of 0 or more"));
+                for (field, length) in [("run", *run_mm), ("kerf", *kerf_mm)] {
+                    if !length.is_finite() || length < 0.0 {
+                        return Err(refused(NAME, field, length, "a finite length of 0 or more"));
+                    }
                 }
-                (sweep.from != sweep.to).then(|| Prepared::Swept(Swept::new(sweep, *run_mm, reach_mm)))
+                let lengths = [*run_mm, reach_mm, *kerf_mm];
+                (sweep.from != sweep.to).then(|| Prepared::Swept(Box::new(Swept::new(sweep, lengths))))
             }
         })
     }
@@ -110,14 +117,22 @@ impl Prepared {
         }
     }
 
-    /// Signed distances of eight places, mm, and those that hold where tissue is gone already: less where a face of this
-    /// volume is only where one step of a stroke ends and the next begins.
+    /// How thick the outermost layer of what goes is that vaporises, mm.
+    pub fn kerf_mm(&self) -> f32 {
+        match self {
+            Prepared::Sphere(..) => 0.0,
+            Prepared::Swept(swept) => swept.kerf_mm(),
+        }
+    }
+
+    /// Signed distances of eight places, mm; those that hold where tissue is gone already: less where a face of this
+    /// volume is only where one step of a stroke ends and the next begins; and of these, those from the part of it that does not vaporise.
     #[inline(always)]
-    pub fn distances(&self, places: &[Lanes; 3]) -> [Lanes; 2] {
+    pub fn distances(&self, places: &[Lanes; 3]) -> [Lanes; 3] {
         match self {
             Prepared::Sphere(_, radius) => {
                 let squares = lanes::dot(places, places);
-                [lanes::map(&squares, |square| square.sqrt() - *radius as f32); 2]
+                [lanes::map(&squares, |square| square.sqrt() - *radius as f32); 3]
             }
             Prepared::Swept(swept) => swept.distances(places),
         }

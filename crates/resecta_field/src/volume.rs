@@ -95,6 +95,26 @@ fn removed_share(place: &[DVec3; 6], values: &[f32; 6]) -> f64 {
     if sum > 0.0 { removed / sum } else { 1.0 }
 }
 
+/// Rest volume of the part of a touched pentahedron in which the value is positive, mm³, by its values alone. The diagonals go through the
+/// highest value: a chip is round, or has edges outwards.
+pub fn positive_mm3(mesh: &Mesh, points: &Points, pentahedron: u32) -> f64 {
+    let Some(cell) = points.cell(pentahedron) else {
+        return 0.0;
+    };
+    let shape = mesh.rest_shape(pentahedron);
+    let sub = mesh.sub(pentahedron);
+    let mut positive = 0.0;
+    for prism in sub.prisms() {
+        let below = prism.map(|corner| -points.values[cell.points[corner as usize] as usize]);
+        if below.iter().all(|&below| below >= 0.0) {
+            continue;
+        }
+        let place = prism.map(|corner| shape.at(sub.places[corner as usize]));
+        positive += removed_share(&place, &below) * prism_volume(place);
+    }
+    mesh.rest_volumes[pentahedron as usize] * positive / cell.prisms_mm3
+}
+
 /// Sets the cell's kept volume from the values. Sub-prisms of which the edit changed no point are as they were.
 pub fn measure(mesh: &Mesh, points: &mut Points, pentahedron: u32, edit: &Edit) {
     let Some(index) = points.index(pentahedron) else {

@@ -27,7 +27,11 @@ fn tools_with_a_wrong_number_are_refused_by_name() {
         width_mm: 6.5,
         depth_mm: 4.5,
     };
-    let good = |sweep| Tool::Loop { sweep, run_mm: 0.0 };
+    let good = |sweep| Tool::Loop {
+        sweep,
+        run_mm: 0.0,
+        kerf_mm: 0.0,
+    };
     let half_cylinder = |from, down, radius_mm| Tool::HalfCylinder {
         from,
         to: DVec3::Z,
@@ -112,9 +116,19 @@ fn tools_with_a_wrong_number_are_refused_by_name() {
             Tool::Loop {
                 sweep,
                 run_mm: f64::NAN,
+                kerf_mm: 0.0,
             },
             "loop",
             "run",
+        ),
+        (
+            Tool::Loop {
+                sweep,
+                run_mm: 0.0,
+                kerf_mm: -0.1,
+            },
+            "loop",
+            "kerf",
         ),
     ];
     for (tool, its_name, its_field) in cases {

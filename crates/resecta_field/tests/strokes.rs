@@ -27,7 +27,8 @@ fn short_stroke(random: &mut Random) -> Vec<Tool> {
             down: down.reject_from_normalized(travel).normalize(),
         }
     };
-    let mut stroke = LoopStroke::new(pose(0), random.between(1.0, 4.0), random.between(0.5, 3.0));
+    let mut stroke = LoopStroke::new(pose(0), random.between(1.0, 4.0), random.between(0.5, 3.0))
+        .with_kerf((0.4 * angle.sin()).max(0.0));
     (1..=steps).map(|n| stroke.step_to(pose(n))).collect()
 }
 
@@ -128,7 +129,7 @@ fn run(seed: u64) -> Vec<u64> {
         }
         if makes_chip {
             let chip = field.take_chip(&positions).expect("good positions");
-            let volume = chip.as_ref().map_or(0.0, |chip| chip.rest_volume_mm3);
+            let volume = (chip.as_ref()).map_or(0.0, |chip| chip.rest_volume_mm3 + chip.vaporised_mm3);
             assert!((volume - reported).abs() < 1e-9, "{what}");
             if let Some(chip) = chip {
                 common::chip_is_closed(&chip);

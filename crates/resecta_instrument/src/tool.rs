@@ -1,9 +1,14 @@
 //! The resectoscope as tissue sees it: capsules that push and the loop that cuts.
 
 use bevy::prelude::*;
-use resecta_tissue::{LoopCutter, TissueTool, ToolPart, ToolPartKind};
+use resecta_tissue::{Kerf, LoopCutter, TissueTool, ToolPart, ToolPartKind};
 
 use crate::{InstrumentState, Resectoscope, ResectoscopeGeometry};
+
+/// What the cutting current vaporises beyond the wire, mm. Together with the wire's 0.35 mm this is a fifth to a quarter of what the loop takes
+/// in an exercise (22 % in `first_cuts`, 25 % in `middle_lobe`). Prostates that were resected outside of the body lost as much: 48.7 g made
+/// 38.0 g of chips with a monopolar loop, 48.4 g made 36.2 g with a bipolar one (Khorrami et al., J. Endourol. 34:671, 2020).
+const VAPORISED_MM: f32 = 0.1;
 
 impl ResectoscopeGeometry {
     /// The instrument's capsules in its own frame with the loop at `stroke_mm`: the sheath, and of a loop that is out the two arms,
@@ -31,11 +36,21 @@ impl ResectoscopeGeometry {
         std::iter::once(sheath).chain(of_loop).collect()
     }
 
+    /// What the cutting current vaporises around the wire: the wire's own width, and [`VAPORISED_MM`] on the side of the tissue that stays.
+    fn kerf(&self) -> Kerf {
+        let wire_mm = 0.5 * self.wire_diameter_mm;
+        Kerf {
+            outside_mm: wire_mm + VAPORISED_MM,
+            inside_mm: wire_mm,
+        }
+    }
+
     /// The loop in the instrument's own frame, pulled towards the operator.
     pub fn cutter(&self, stroke_mm: f32) -> LoopCutter {
         LoopCutter {
             width_mm: self.loop_width_mm,
             depth_mm: self.loop_depth_mm,
+            kerf: self.kerf(),
             centre: self.loop_centre(stroke_mm),
             travel: Vec3::Z,
             down: Vec3::NEG_Y,

@@ -119,6 +119,10 @@ const ADVICE: &[(MetricId, &str)] = &[
         "Keep the bladder's pressure low while veins are open: let water out in time, and close veins at once.",
     ),
     (
+        MetricId::Vaporised,
+        "Cut full, long strokes: of thin and short ones much vaporises.",
+    ),
+    (
         MetricId::ChipsInBladder,
         "Flush before you end: with the loop drawn in, close the inflow and let the chips leave with the water.",
     ),

@@ -11,7 +11,9 @@ use resecta_fluid::{
 use resecta_instrument::{
     InstrumentPlayback, InstrumentState, InstrumentStopped, InstrumentSystems, InstrumentTore, Resectoscope, TissueLoad,
 };
-use resecta_tissue::{TissueContact, TissueDiagnostics, TissueResected, TissueSystems, ToolLoad, ToolPartKind};
+use resecta_tissue::{
+    TissueChip, TissueContact, TissueDiagnostics, TissueResected, TissueSystems, ToolLoad, ToolPartKind,
+};
 
 use crate::{
     active::ActiveExercise,
@@ -87,6 +89,7 @@ impl Plugin for ScenarioPlugin {
             .register_type::<LoopClearance>()
             .add_message::<TissueContact>()
             .add_message::<TissueResected>()
+            .add_message::<TissueChip>()
             .add_message::<VesselClosed>()
             .configure_sets(
                 self.schedule,
@@ -187,6 +190,7 @@ fn observe(
     diagnostics: Option<Res<TissueDiagnostics>>,
     mut contacts: MessageReader<TissueContact>,
     mut resections: MessageReader<TissueResected>,
+    mut chips: MessageReader<TissueChip>,
     mut tore: MessageReader<InstrumentTore>,
     mut step: ResMut<StepObservation>,
 ) {
@@ -209,6 +213,9 @@ fn observe(
     }
     let torn = tore.read().filter(|tear| tear.instrument == active.instrument);
     step.false_passages = torn.count() as u32;
+    for told in chips.read().filter(|told| told.tissue == active.tissue) {
+        step.vaporised_mm3 += told.chip.vaporised_mm3;
+    }
     for resection in resections.read() {
         if resection.tissue == active.tissue {
             let by_loop = resection.tool == Some(active.instrument);

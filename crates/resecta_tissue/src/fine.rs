@@ -236,11 +236,11 @@ impl Fine {
         }
     }
 
-    /// Lets a loop go on, or begin where it was.
-    pub fn stroke(&mut self, tool: Entity, sweep: &LoopSweep) -> Tool {
+    /// Lets a loop go on, or begin where it was. The outermost layer of what it takes vaporises, `kerf_mm` thick.
+    pub fn stroke(&mut self, tool: Entity, sweep: &LoopSweep, kerf_mm: f64) -> Tool {
         let index = self.strokes.iter().position(|stroke| stroke.tool == tool);
         let index = index.unwrap_or_else(|| {
-            let way = LoopStroke::new(sweep.from, sweep.width_mm, sweep.depth_mm);
+            let way = LoopStroke::new(sweep.from, sweep.width_mm, sweep.depth_mm).with_kerf(kerf_mm);
             self.strokes.push(Stroke { tool, way });
             self.strokes.len() - 1
         });

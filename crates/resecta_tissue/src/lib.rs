@@ -84,13 +84,13 @@ pub use resecta_field::{Chip, Field, FieldError, LoopStroke, Plane, SurfaceKind,
 pub use self_overlap::SelfOverlap;
 pub use settings::{CutDetail, CuttingRule, TissueSettings};
 pub use surface_mesh::{TissueColours, TissueTint};
-pub use tool::{LoopCutter, TissueTool, ToolLoad, ToolPart, ToolPartKind, ToolPlacement};
+pub use tool::{Kerf, LoopCutter, TissueTool, ToolLoad, ToolPart, ToolPartKind, ToolPlacement};
 
 /// What a user of the crate types daily.
 pub mod prelude {
     pub use crate::{
-        CutDetail, CuttingRule, LoopCutter, Pentahedron, Spring, Tissue, TissueChip, TissueContact, TissueDiagnostics,
-        TissueNode, TissuePlugin, TissueProbe, TissuePutAside, TissueRays, TissueResected, TissueSettings,
-        TissueSystems, TissueTint, TissueTool, ToolPart, ToolPartKind,
+        CutDetail, CuttingRule, Kerf, LoopCutter, Pentahedron, Spring, Tissue, TissueChip, TissueContact,
+        TissueDiagnostics, TissueNode, TissuePlugin, TissueProbe, TissuePutAside, TissueRays, TissueResected,
+        TissueSettings, TissueSystems, TissueTint, TissueTool, ToolPart, ToolPartKind,
     };
 }

@@ -64,7 +64,7 @@ pub struct TissueChip {
     pub tissue: Entity,
     /// The tool that cut; none when a system despawned an entity or something tore off.
     pub tool: Option<Entity>,
-    /// Its surface, volume and inertia. The volumes of all chips sum to what the tissue lost.
+    /// Its surface, volume and inertia. The volumes of all chips, and what vaporised of them, sum to what the tissue lost.
     pub chip: Arc<Chip>,
 }
 

@@ -143,13 +143,33 @@ pub enum ToolPartKind {
     Loop,
 }
 
+/// The layer of tissue that a current vaporises along a loop's wire. By default none: the loop cuts as a blade does.
+#[derive(Reflect, Debug, Clone, Copy, PartialEq, Default)]
+pub struct Kerf {
+    /// Its thickness outside of the wire's middle line, mm, 0 or more: the wall of a cut lies so far beyond that line.
+    pub outside_mm: f32,
+    /// Its thickness inside of the wire's middle line, mm, 0 or more: a chip's surface lies so far within that line. It counts where tissue
+    /// is cut finer than its elements ([`CutDetail::Field`](crate::CutDetail)).
+    pub inside_mm: f32,
+}
+
+impl Kerf {
+    fn is_valid(&self) -> bool {
+        [self.outside_mm, self.inside_mm]
+            .iter()
+            .all(|mm| mm.is_finite() && *mm >= 0.0)
+    }
+}
+
 /// The half-circle cutting loop of a resectoscope.
 #[derive(Reflect, Debug, Clone, Copy, PartialEq)]
 pub struct LoopCutter {
-    /// Width of the loop, mm (6 to 7 in practice).
+    /// Width of the loop from wire to wire, along the wire's middle line, mm (6 to 7 in practice).
     pub width_mm: f32,
     /// Depth of the loop from its open side to the deepest point, mm (4 to 5 in practice).
     pub depth_mm: f32,
+    /// What the current vaporises around the wire.
+    pub kerf: Kerf,
     /// Middle of the open side, mm, in the tool's frame.
     pub centre: Vec3,
     /// Unit normal of the loop's plane, in the tool's frame.
@@ -164,6 +184,7 @@ impl LoopCutter {
             && self.width_mm > 0.0
             && self.depth_mm.is_finite()
             && self.depth_mm > 0.0
+            && self.kerf.is_valid()
             && self.centre.is_finite()
             && self.travel.is_normalized()
             && self.down.is_normalized()

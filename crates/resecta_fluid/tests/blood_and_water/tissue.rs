@@ -4,7 +4,8 @@ use bevy::{prelude::*, time::TimeUpdateStrategy};
 use resecta_fluid::{ClosedBy, prelude::*};
 use resecta_solver::{Material, TissueMesh};
 use resecta_tissue::{
-    CutDetail, LoopCutter, Tissue, TissuePlugin, TissueResected, TissueSettings, TissueTool, ToolPart, ToolPartKind,
+    CutDetail, Kerf, LoopCutter, Tissue, TissuePlugin, TissueResected, TissueSettings, TissueTool, ToolPart,
+    ToolPartKind,
 };
 
 use crate::scenes::{assert_near, block, messages, step, vessel};
@@ -31,6 +32,7 @@ fn loop_tool(pose: Isometry3d) -> TissueTool {
     TissueTool::new((0..8).map(part).collect(), pose).with_cutter(LoopCutter {
         width_mm: 6.5,
         depth_mm: 4.5,
+        kerf: Kerf::default(),
         centre: Vec3::ZERO,
         travel: Vec3::Z,
         down: Vec3::NEG_Y,

@@ -114,6 +114,7 @@ impl Metrics {
             MetricId::StepsDone => f64::from(self.steps_done),
             MetricId::BlindTime => water.blind_s,
             MetricId::HiddenShare => ratio(self.view.hidden_s, self.elapsed_s()),
+            MetricId::Vaporised => removal.vaporised_g(),
             MetricId::ChipsInBladder => chips.in_body_g,
             MetricId::ChipsFlushed => chips.flushed_g,
             MetricId::Extension(metric) => self.extension(metric),

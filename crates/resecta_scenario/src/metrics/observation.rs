@@ -47,6 +47,8 @@ pub struct StepObservation {
     pub removed_mm3: f64,
     /// Of it, inside the marked region.
     pub marked_removed_mm3: f64,
+    /// What vaporised of the strokes whose chips were made in this step, mm³ at rest. They were removed some steps before.
+    pub vaporised_mm3: f64,
     /// Area of capsule removed, mm².
     pub capsule_cut_mm2: f64,
     /// The landmark that the present step is about; none in a step about none.

@@ -10,7 +10,9 @@ use super::StepObservation;
 pub struct Removal {
     /// All tissue removed, mm³ at rest.
     pub volume_mm3: f64,
-    /// The same by zone, indexed by [`Zone::index`].
+    /// What vaporised of it, mm³ at rest.
+    pub vaporised_mm3: f64,
+    /// All tissue removed by zone, mm³ at rest, indexed by [`Zone::index`].
     pub by_zone_mm3: [f64; Zone::COUNT],
     /// Removed inside the marked region, mm³ at rest.
     pub marked_mm3: f64,
@@ -26,6 +28,7 @@ impl Removal {
     /// Takes one step into account.
     pub fn observe(&mut self, step: &StepObservation) {
         self.volume_mm3 += step.removed_mm3;
+        self.vaporised_mm3 += step.vaporised_mm3;
         for (sum, volume) in self.by_zone_mm3.iter_mut().zip(step.removed_by_zone_mm3) {
             *sum += volume;
         }
@@ -35,6 +38,11 @@ impl Removal {
     /// Mass removed, g.
     pub fn mass_g(&self) -> f64 {
         self.volume_mm3 * self.density_g_per_mm3
+    }
+
+    /// Mass that vaporised, g.
+    pub fn vaporised_g(&self) -> f64 {
+        self.vaporised_mm3 * self.density_g_per_mm3
     }
 
     /// Removed from the lateral lobes, mm³.

@@ -142,6 +142,8 @@ metrics! {
     /// Share of the time in which tissue less than 4 mm from the lens hid most of what it looks at: four or five of five directions, the
     /// middle of the picture and two thirds of the way to its rim.
     HiddenShare = "hidden_share", "Tissue before the lens", "1", Less;
+    /// Mass of the removed tissue that the cutting current vaporised, so that it is in no chip. It counts when a stroke's chip is made.
+    Vaporised = "vaporised_g", "Vaporised", "g", Less;
     /// Mass of cut tissue that is still in bladder and urethra, shreds included; 0 where the exercise lets no chips float.
     ChipsInBladder = "chips_in_bladder_g", "Chips in the bladder", "g", Less;
     /// Mass of cut tissue that was flushed out through the sheath; 0 where the exercise lets no chips float.

@@ -3,7 +3,7 @@
 use bevy::prelude::*;
 use resecta_solver::{LoopPose, LoopSweep};
 
-use crate::tool::{LoopCutter, TissueTool, ToolPart, ToolPartKind, ToolPlacement};
+use crate::tool::{Kerf, LoopCutter, TissueTool, ToolPart, ToolPartKind, ToolPlacement};
 
 /// A tool's way from the start to the end of a step.
 #[derive(Debug, Clone)]
@@ -100,16 +100,22 @@ impl ToolMotion {
             })
     }
 
-    /// What the loop sweeps over in the step.
+    /// What the loop takes on its way through the step: what it sweeps over, and what vaporises beyond that.
     pub fn loop_sweep(&self) -> Option<LoopSweep> {
         let to = self.to.cutter?;
         let from = self.from.cutter.unwrap_or(to);
         Some(LoopSweep {
             from: loop_pose(&self.from.pose, &from),
             to: loop_pose(&self.to.pose, &to),
-            width_mm: f64::from(to.width_mm),
-            depth_mm: f64::from(to.depth_mm),
+            width_mm: f64::from(to.width_mm + 2.0 * to.kerf.outside_mm),
+            depth_mm: f64::from(to.depth_mm + to.kerf.outside_mm),
         })
+    }
+
+    /// How thick the outermost layer of what the loop takes is that vaporises, mm.
+    pub fn kerf_mm(&self) -> f64 {
+        let kerf = self.to.cutter.map_or(Kerf::default(), |cutter| cutter.kerf);
+        f64::from(kerf.outside_mm + kerf.inside_mm)
     }
 
     /// The loop's deepest point in the world at the end of the step, mm.

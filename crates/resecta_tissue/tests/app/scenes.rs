@@ -122,6 +122,7 @@ pub fn loop_tool(pose: Isometry3d) -> TissueTool {
     TissueTool::new(parts, pose).with_cutter(LoopCutter {
         width_mm: 6.5,
         depth_mm: 4.5,
+        kerf: Kerf::default(),
         centre: Vec3::ZERO,
         travel: Vec3::Z,
         down: Vec3::NEG_Y,

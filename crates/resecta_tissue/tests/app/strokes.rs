@@ -76,7 +76,14 @@ impl Theatre {
             ..checked()
         };
         let tissue = app.world_mut().spawn((Tissue::new(solver), settings)).id();
-        let tool = app.world_mut().spawn(loop_tool(Isometry3d::IDENTITY)).id();
+        let mut tool = loop_tool(Isometry3d::IDENTITY);
+        if let Some(cutter) = &mut tool.cutter {
+            cutter.kerf = Kerf {
+                outside_mm: 0.3,
+                inside_mm: 0.2,
+            };
+        }
+        let tool = app.world_mut().spawn(tool).id();
         app.update();
         // Enough to stretch and shear the block by a fifth.
         let load = random.vector() * 400.0 + Vec3::Z * 300.0;
@@ -146,7 +153,7 @@ impl Theatre {
             self.removed_mm3 += resected.volume_mm3;
         }
         for told in messages::<TissueChip>(&self.app) {
-            self.chips_mm3 += told.chip.rest_volume_mm3;
+            self.chips_mm3 += told.chip.rest_volume_mm3 + told.chip.vaporised_mm3;
             let mut edges = BTreeMap::new();
             for [a, b, c] in told.chip.triangles.iter().copied() {
                 for (from, to) in [(a, b), (b, c), (c, a)] {
