@@ -8,6 +8,7 @@ use bevy::{
 use resecta_anatomy::{BladderShape, Case, Landmark, Slice};
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_scenario::ActiveExercise;
+use resecta_tissue::Tissue;
 
 use super::{
     ENDOSCOPE_LAYER, OUTSIDE_LAYER, ViewSystems,
@@ -45,7 +46,7 @@ pub fn plugin(app: &mut App) {
         Update,
         (
             surround.in_set(ViewSystems::Dress),
-            take_along.in_set(ViewSystems::Follow),
+            (take_along, move_markers).in_set(ViewSystems::Follow),
         ),
     );
 }
@@ -63,6 +64,10 @@ pub struct LandmarkMarker {
 /// What was spawned around a gland.
 #[derive(Component)]
 struct Surroundings;
+
+/// The landmark that a marker stands for.
+#[derive(Component, Clone, Copy)]
+struct Marks(Landmark);
 
 /// The urethra below the gland, as one of the views has it.
 #[derive(Component, Clone, Copy)]
@@ -151,10 +156,10 @@ fn surround(
                 RenderLayers::layer(OUTSIDE_LAYER),
                 NoFrustumCulling,
             ));
-            for (landmark, mesh, place) in markers {
+            for (landmark, marker, mesh, place) in markers {
                 let material = ViewMaterial {
                     look: Look {
-                        colour: landmark.colour,
+                        colour: marker.colour,
                         glow: 0.55,
                         ..default()
                     },
@@ -163,8 +168,9 @@ fn surround(
                     ..default()
                 };
                 gland.spawn((
-                    Name::new(landmark.name.clone()),
-                    landmark,
+                    Name::new(marker.name.clone()),
+                    marker,
+                    Marks(landmark),
                     Mesh3d(meshes.add(mesh)),
                     MeshMaterial3d(materials.add(material)),
                     Transform::from_translation(place),
@@ -194,6 +200,22 @@ fn take_along(
         urethra.sheath = sheath;
         if let Some(mut mesh) = meshes.get_mut(&mesh.0) {
             *mesh = urethra.mesh(scope, &active.case);
+        }
+    }
+}
+
+/// Moves the markers with their landmarks.
+fn move_markers(
+    active: Option<Res<ActiveExercise>>,
+    tissues: Query<&Tissue>,
+    mut markers: Query<(&Marks, &mut Transform)>,
+) {
+    let Some(active) = active else { return };
+    let Ok(tissue) = tissues.get(active.tissue) else { return };
+    for (marks, mut transform) in &mut markers {
+        let place = active.landmark(marks.0, tissue);
+        if let Some(place) = place.filter(|place| *place != transform.translation) {
+            transform.translation = place;
         }
     }
 }
@@ -254,7 +276,7 @@ fn bladder(case: &Case) -> Option<(Mesh, Transform)> {
 }
 
 /// The landmarks with their markers.
-fn landmarks(case: &Case) -> Vec<(LandmarkMarker, Mesh, Vec3)> {
+fn landmarks(case: &Case) -> Vec<(Landmark, LandmarkMarker, Mesh, Vec3)> {
     let marker = |landmark: Landmark| {
         let place = landmark.place(case)?.as_vec3();
         let ball = || Mesh::from(Sphere::new(1.1));
@@ -274,7 +296,7 @@ fn landmarks(case: &Case) -> Vec<(LandmarkMarker, Mesh, Vec3)> {
             name: name.into(),
             colour: LinearRgba::from_f32_array_no_alpha(colour),
         };
-        Some((marker, mesh, place))
+        Some((landmark, marker, mesh, place))
     };
     Landmark::ALL.into_iter().filter_map(marker).collect()
 }

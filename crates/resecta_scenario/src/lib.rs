@@ -63,6 +63,7 @@ mod exercise;
 mod extension;
 mod false_passage;
 pub mod headless;
+mod landmarks;
 mod library;
 mod limits;
 mod marked_way;

@@ -1,7 +1,6 @@
 //! What the lens sees: whether a place is in the field, near enough for the light, and hidden by nothing, tissue and murk included.
 
 use bevy::{ecs::system::SystemParam, prelude::*};
-use resecta_anatomy::Landmark;
 use resecta_fluid::{RedOut, Turbidity};
 use resecta_instrument::{InstrumentState, Resectoscope};
 use resecta_tissue::TissueRays;
@@ -20,7 +19,7 @@ const UNDER_MM: f32 = 2.5;
 /// is told in murk in which plain tissue is not.
 const LEAST_LIGHT: f64 = 0.15;
 /// Whether the lens sees anything is asked in the middle of its picture and so far above, below, left and right of it, degrees: two
-/// thirds of the way to the rim. Our choice: a lens that looks 30 degrees downwards has tissue before its middle where it works, and sees along the
+/// thirds of the way to the rim. Our choice: a lens that looks downwards has tissue before its middle where it works, and sees along the
 /// sheath above that.
 const BESIDE_DEG: f32 = 25.0;
 /// A lens that sees no further anywhere shows a patch of tissue and not where in the urethra it is, mm: so wide is what it sees of a
@@ -193,16 +192,10 @@ impl LandmarkObservation {
 pub(crate) fn observe_landmark(progress: Res<StepProgress>, mut sight: Sight, mut step: ResMut<StepObservation>) {
     let wanted = sight.active.as_ref().and_then(|active| {
         let until = &progress.present(&active.exercise)?.until;
-        let place = until
-            .landmark()
-            .and_then(|landmark: Landmark| landmark.place(&active.case))?;
+        let place = active.landmark(until.landmark()?, sight.rays.tissue(active.tissue)?)?;
         let (state, scope) = sight.instruments.get(active.instrument).ok()?;
-        let from = |pose: Isometry3d| pose.inverse() * place.as_vec3();
-        Some((
-            place.as_vec3(),
-            from(scope.sheath_pose(state)),
-            from(scope.lens_pose(state)),
-        ))
+        let from = |pose: Isometry3d| pose.inverse() * place;
+        Some((place, from(scope.sheath_pose(state)), from(scope.lens_pose(state))))
     });
     step.landmark = wanted.map(|(place, from_tip, from_lens)| LandmarkObservation {
         from_tip,

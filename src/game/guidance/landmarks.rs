@@ -97,6 +97,11 @@ fn look(
     let Ok((state, scope)) = instruments.get(active.instrument) else {
         return;
     };
+    if let Some(tissue) = sight.rays.tissue(active.tissue) {
+        for marked in &mut seen.landmarks {
+            marked.place = active.landmark(marked.landmark, tissue).unwrap_or(marked.place);
+        }
+    }
     let turn = seen.turn;
     seen.turn = (turn + 1) % (2 * seen.landmarks.len()).max(1);
     let landmark = if turn % 2 == 1 { Some(turn / 2) } else { None };
