@@ -96,11 +96,11 @@ In men with an obstructed outlet it is the pressure that first opens the prostat
     );
     text += "\n## What the lens sees
 
-Ten poses on the way from 9 mm below the verumontanum to 11 mm below the bladder neck, as the demonstration of `orientation` goes it but
-with the tip raised until the neck is in the field, held for 1.5 s each in the water of `middle_lobe` (60 cm of water, an empty bladder
-that fills). *Lumen*: the
-pressure there. *Neck*: whether its middle is seen, or tissue is before it. *Sees*: how far it is to tissue in the furthest of five
-directions, 45 mm at most.
+Ten poses on the way from the verumontanum to 8 mm below the bladder neck. The sheath goes from one to the next as in the demonstration of
+`orientation`. There the tip is raised until the neck is 4 degrees within the field, and kept so for 2 s, in the water of `middle_lobe`
+(60 cm of water, an empty bladder that fills). *Lumen*: the pressure there. *Neck*: whether its middle, which the gland takes along as it
+gives way, is seen, hidden by tissue, or outside of the field. *Sees*: how far it is to tissue in the furthest of five directions, 45 mm at
+most.
 
 ";
     for sights in &lumen.sights {
@@ -119,7 +119,7 @@ fn of_taps(sights: &Sights) -> String {
 The neck is seen in {} of {} poses. Tissue less than 4 mm from the lens hides most of the picture in {}. Pressure in the bladder at the end: {:.1} cmH2O.
 
 ",
-        count(|look| look.sees_neck),
+        count(|look| look.neck == "seen"),
         sights.looks.len(),
         count(|look| look.is_hidden),
         sights.bladder_cmh2o,
@@ -128,10 +128,10 @@ The neck is seen in {} of {} poses. Tissue less than 4 mm from the lens hides mo
         &["insertion, mm", "pitch, °", "lumen, cmH2O", "neck", "sees, mm"],
         sights.looks.iter().map(|look| {
             vec![
-                look.insertion_mm.to_string(),
+                format!("{:.0}", look.insertion_mm),
                 format!("{:.1}", look.pitch_deg),
                 format!("{:.1}", look.pressure_cmh2o),
-                if look.sees_neck { "seen" } else { "hidden" }.into(),
+                look.neck.into(),
                 format!("{:.1}", look.sees_mm),
             ]
         }),

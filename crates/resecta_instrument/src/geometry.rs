@@ -43,8 +43,8 @@ impl Default for ResectoscopeGeometry {
     ///
     /// - sheath 24 Fr = 8.0 mm (calc; 26 Fr = 8.7 mm is the other common size: the smaller one suits the narrow lumen of a
     ///   30 ml gland), 200 mm long (ours: from the tip to well outside of the body);
-    /// - telescope 4 mm, lens 30°, field of view 75° in water, the middle of 70 to 80° (practice); 1.5 mm above the axis
-    ///   (ours: it lies in the sheath's upper half);
+    /// - telescope 4 mm, lens 12° (practice: 12 or 30°; with 12 the bladder neck is in view from the verumontanum, `docs/accuracy/lumen.md`),
+    ///   field of view 75° in water, the middle of 70 to 80° (practice); 1.5 mm above the axis (ours: it lies in the sheath's upper half);
     /// - loop 6.5 mm wide and 4.5 mm deep, wire 0.35 mm: the middles of 6 to 7, 4 to 5 and 0.3 to 0.4 mm (practice);
     /// - arms 0.8 mm (ours: the wire and its insulation).
     fn default() -> Self {
@@ -53,7 +53,7 @@ impl Default for ResectoscopeGeometry {
             sheath_length_mm: 200.0,
             telescope_diameter_mm: 4.0,
             telescope_offset_mm: 1.5,
-            lens_deg: 30.0,
+            lens_deg: 12.0,
             field_of_view_deg: 75.0,
             loop_width_mm: 6.5,
             loop_depth_mm: 4.5,

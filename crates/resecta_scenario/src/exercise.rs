@@ -167,7 +167,7 @@ pub struct InstrumentSetup {
     pub pivot_mm: Option<[f32; 3]>,
     /// Direction of the sheath at pitch and yaw 0, of any length. Default: from the pivot to the bladder neck.
     pub axis: Option<[f32; 3]>,
-    /// Inclination of the telescope's view towards the loop, degrees: 0, 12 or 30. Default: 30.
+    /// Inclination of the telescope's view towards the loop, degrees: 0, 12 or 30. Default: 12.
     pub optic_deg: Option<f32>,
     /// State at the start, within the limits of the instrument; fields left out are 0, and the taps are left out
     /// (`models.water.irrigation` has them). Default: on the axis with the tip

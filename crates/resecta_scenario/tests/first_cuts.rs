@@ -36,12 +36,12 @@ fn every_shipped_exercise_can_be_prepared() {
 #[test]
 fn the_view_is_inclined_as_the_exercise_says() {
     let mut loaded = library().load("first_cuts").unwrap();
-    loaded.exercise.instrument.optic_deg = Some(12.0);
+    loaded.exercise.instrument.optic_deg = Some(30.0);
     let prepared = loaded.prepare().unwrap();
     let (scope, start) = (&prepared.resectoscope, &prepared.start);
     let ahead = scope.sheath_pose(start).rotation * Vec3::NEG_Z;
     let seen = scope.lens_pose(start).rotation * Vec3::NEG_Z;
-    assert!((ahead.angle_between(seen).to_degrees() - 12.0).abs() < 1e-3);
+    assert!((ahead.angle_between(seen).to_degrees() - 30.0).abs() < 1e-3);
     assert!(seen.dot(scope.loop_pose(start).down) > 0.0, "towards the loop");
 }
 
