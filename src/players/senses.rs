@@ -2,7 +2,7 @@
 
 use bevy::{ecs::system::SystemParam, prelude::*};
 use resecta_fluid::Vessels;
-use resecta_scenario::{ActiveExercise, Sight, metrics::StepObservation};
+use resecta_scenario::{ActiveExercise, Sight, mean_way, metrics::StepObservation};
 
 /// Nodes so near to a place at rest tell where it has moved, mm: about a cell.
 const AROUND_MM: f32 = 4.0;
@@ -40,20 +40,9 @@ impl Senses<'_, '_> {
         let Some(tissue) = self.sight.rays.tissue(self.active.tissue) else {
             return vec![Vec3::ZERO; places.len()];
         };
-        let solver = tissue.solver();
-        let living = (0..solver.node_count() as u32).filter(|&node| solver.is_node_alive(node));
-        let mut sums = vec![(Vec3::ZERO, 0.0); places.len()];
-        for node in living {
-            let rest = solver.rest_position(node);
-            let way = solver.position(node) - rest;
-            for (place, (sum, weights)) in places.iter().zip(&mut sums) {
-                let weight = (1.0 - rest.distance(*place) / AROUND_MM).max(0.0);
-                *sum += way * weight;
-                *weights += weight;
-            }
-        }
-        let mean = |(sum, weights): (Vec3, f32)| (sum / weights.max(f32::MIN_POSITIVE)).clamp_length_max(FURTHEST_MM);
-        sums.into_iter().map(mean).collect()
+        let weight = |mm: f32| (1.0 - mm / AROUND_MM).max(0.0);
+        let way = |place: &Vec3| mean_way(tissue.solver(), *place, weight).clamp_length_max(FURTHEST_MM);
+        places.iter().map(way).collect()
     }
 
     /// Where blood is seen to come from: open vessels that the lens sees.

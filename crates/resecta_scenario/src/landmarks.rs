@@ -17,16 +17,22 @@ impl ActiveExercise {
     /// bladder does not give way.
     pub fn landmark(&self, landmark: Landmark, tissue: &Tissue) -> Option<Vec3> {
         let rest = landmark.place(&self.case)?.as_vec3();
-        Some(rest + mean_way(tissue.solver(), rest))
+        let is_near = |mm: f32| if mm < AROUND_MM { 1.0 } else { 0.0 };
+        Some(rest + mean_way(tissue.solver(), rest, is_near))
     }
 }
 
-/// The mean way of the nodes that are near a place at rest, mm; zero if there are none.
-fn mean_way(solver: &resecta_solver::Tissue, rest: Vec3) -> Vec3 {
-    let nodes = (0..solver.node_count() as u32).filter(|&node| solver.is_node_alive(node));
-    let near = nodes.filter(|&node| solver.rest_position(node).distance_squared(rest) < AROUND_MM * AROUND_MM);
-    let (sum, count) = near.fold((Vec3::ZERO, 0.0_f32), |(sum, count), node| {
-        (sum + solver.position(node) - solver.rest_position(node), count + 1.0)
-    });
-    sum / count.max(1.0)
+/// The mean way of the living nodes near a place at rest, mm; zero if there are none. `weight`: what a node counts by its distance from the
+/// place at rest, mm; 0 or more. It looks at every node of the tissue.
+pub fn mean_way(solver: &resecta_solver::Tissue, rest: Vec3, weight: impl Fn(f32) -> f32) -> Vec3 {
+    let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+    for node in (0..solver.node_count() as u32).filter(|&node| solver.is_node_alive(node)) {
+        let at_rest = solver.rest_position(node);
+        let weight = weight(at_rest.distance(rest));
+        if weight > 0.0 {
+            sum += (solver.position(node) - at_rest) * weight;
+            weights += weight;
+        }
+    }
+    sum / f32::max(weights, f32::MIN_POSITIVE)
 }

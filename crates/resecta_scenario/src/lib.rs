@@ -108,6 +108,7 @@ pub use extension::{
     ExerciseExtension, ExtensionError, ExtensionMetric, Extensions, GoalExtension, GoalId, MetricExtension,
     ScenarioAppExt,
 };
+pub use landmarks::mean_way;
 pub use library::{CASE_SUFFIX, EXERCISE_SUFFIX, Library, LoadedExercise, MAX_FILE_BYTES};
 pub use limits::Limits;
 pub use metrics::{Better, MetricId, MetricInfo, Metrics};
