@@ -204,19 +204,20 @@ fn take_along(
     }
 }
 
-/// Moves the markers with their landmarks.
+/// Moves the markers with their landmarks: one in a frame, in turn, for each looks at all nodes.
 fn move_markers(
     active: Option<Res<ActiveExercise>>,
     tissues: Query<&Tissue>,
     mut markers: Query<(&Marks, &mut Transform)>,
+    mut turn: Local<usize>,
 ) {
     let Some(active) = active else { return };
     let Ok(tissue) = tissues.get(active.tissue) else { return };
-    for (marks, mut transform) in &mut markers {
-        let place = active.landmark(marks.0, tissue);
-        if let Some(place) = place.filter(|place| *place != transform.translation) {
-            transform.translation = place;
-        }
+    *turn = (*turn + 1) % Landmark::ALL.len();
+    if let Some((marks, mut transform)) = markers.iter_mut().nth(*turn)
+        && let Some(place) = active.landmark(marks.0, tissue)
+    {
+        transform.translation = place;
     }
 }
 

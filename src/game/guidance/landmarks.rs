@@ -97,16 +97,16 @@ fn look(
     let Ok((state, scope)) = instruments.get(active.instrument) else {
         return;
     };
-    if let Some(tissue) = sight.rays.tissue(active.tissue) {
-        for marked in &mut seen.landmarks {
-            marked.place = active.landmark(marked.landmark, tissue).unwrap_or(marked.place);
-        }
-    }
     let turn = seen.turn;
     seen.turn = (turn + 1) % (2 * seen.landmarks.len()).max(1);
     let landmark = if turn % 2 == 1 { Some(turn / 2) } else { None };
     match landmark.and_then(|landmark| seen.landmarks.get_mut(landmark)) {
-        Some(landmark) => landmark.is_seen = sight.sees(landmark.place),
+        Some(marked) => {
+            let tissue = sight.rays.tissue(active.tissue);
+            let now = tissue.and_then(|tissue| active.landmark(marked.landmark, tissue));
+            marked.place = now.unwrap_or(marked.place);
+            marked.is_seen = sight.sees(marked.place);
+        }
         None => {
             let lens = scope.lens_pose(state);
             let (eye, ahead) = (Vec3::from(lens.translation), lens.rotation * Vec3::NEG_Z);
