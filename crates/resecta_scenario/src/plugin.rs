@@ -213,8 +213,8 @@ fn observe(
     }
     let torn = tore.read().filter(|tear| tear.instrument == active.instrument);
     step.false_passages = torn.count() as u32;
-    for told in chips.read().filter(|told| told.tissue == active.tissue) {
-        step.vaporised_mm3 += told.chip.vaporised_mm3;
+    for TissueChip { chip, .. } in chips.read().filter(|chip| chip.tissue == active.tissue) {
+        step.vaporised_mm3 += chip.vaporised_mm3;
     }
     for resection in resections.read() {
         if resection.tissue == active.tissue {

@@ -152,16 +152,16 @@ impl Theatre {
             assert!(resected.volume_mm3 > 0.0);
             self.removed_mm3 += resected.volume_mm3;
         }
-        for told in messages::<TissueChip>(&self.app) {
-            self.chips_mm3 += told.chip.rest_volume_mm3 + told.chip.vaporised_mm3;
+        for TissueChip { chip, .. } in messages::<TissueChip>(&self.app) {
+            self.chips_mm3 += chip.rest_volume_mm3 + chip.vaporised_mm3;
             let mut edges = BTreeMap::new();
-            for [a, b, c] in told.chip.triangles.iter().copied() {
+            for [a, b, c] in chip.triangles.iter().copied() {
                 for (from, to) in [(a, b), (b, c), (c, a)] {
                     *edges.entry((from.min(to), from.max(to))).or_insert(0) += if from < to { 1 } else { -1 };
                 }
             }
             assert!(edges.values().all(|sum| *sum == 0), "a chip is open");
-            assert!(told.chip.vertices.iter().all(|vertex| vertex.is_finite()));
+            assert!(chip.vertices.iter().all(|vertex| vertex.is_finite()));
         }
         let put_aside = messages::<TissuePutAside>(&self.app);
         assert!(put_aside.is_empty(), "{put_aside:?}");
