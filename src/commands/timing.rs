@@ -39,6 +39,8 @@ struct Step {
     number: usize,
     all: Duration,
     tissue: TissueTimes,
+    substeps: u32,
+    contacts: usize,
 }
 
 /// What `timing.json` says, times in the unit of the field's name.
@@ -117,6 +119,9 @@ pub struct SlowStep {
     ms: f64,
     /// The tissue's stages.
     tissue_ms: TissueTimes,
+    /// Its substeps, repeated ones included: far more than in other steps if tissue was squeezed.
+    substeps: u32,
+    contacts: usize,
 }
 
 /// A stage of a step: what runs from the end of the one before to its own.
@@ -258,6 +263,8 @@ impl Stopwatch {
             number: self.steps.len() + 1,
             all: now - self.last,
             tissue: TissueTimes::of(stages),
+            substeps: stages.substeps,
+            contacts: stages.contacts,
         });
         self.minutes.step(now - self.last);
         self.last = now;
@@ -310,6 +317,8 @@ impl Stopwatch {
                     step: step.number,
                     ms: ms(step.all),
                     tissue_ms: step.tissue,
+                    substeps: step.substeps,
+                    contacts: step.contacts,
                 })
                 .collect(),
         }
