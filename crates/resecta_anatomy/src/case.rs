@@ -88,6 +88,11 @@ pub struct Case {
     pub slices: Vec<Slice>,
 }
 
+impl Case {
+    /// Material of a case that names none.
+    pub const DEFAULT_MATERIAL: &str = "palpation_5hz";
+}
+
 pub(crate) fn default_material() -> String {
-    "palpation_5hz".into()
+    Case::DEFAULT_MATERIAL.into()
 }

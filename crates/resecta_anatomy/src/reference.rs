@@ -59,7 +59,7 @@ pub fn paper_case() -> Case {
             licence: "MIT OR Apache-2.0".into(),
         },
         unit: Unit::Millimetre,
-        material: "palpation_5hz".into(),
+        material: Case::DEFAULT_MATERIAL.into(),
         landmarks: Landmarks {
             bladder_neck: Some(on_axis(height)),
             verumontanum: Some(on_axis(VERUMONTANUM_Z_MM) + DVec3::Y * LUMEN_MM),

@@ -91,7 +91,7 @@ pub(crate) fn case_of<'a>(
         name: name.to_owned(),
         source,
         unit: Unit::Millimetre,
-        material: beside.material.clone().unwrap_or_else(|| "palpation_5hz".into()),
+        material: (beside.material.clone()).unwrap_or_else(|| Case::DEFAULT_MATERIAL.into()),
         landmarks: beside.landmarks.clone(),
         approximated,
         slices,
