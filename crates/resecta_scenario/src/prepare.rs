@@ -146,7 +146,7 @@ impl LoadedExercise {
             place: None,
             source,
         })?;
-        tissue.set_effort(Effort::FAST);
+        tissue.set_effort(Effort::fast(material.modulus_pa));
         tissue
             .set_mobility(Some(anchor::mobility(&self.case)))
             .map_err(|refused| {

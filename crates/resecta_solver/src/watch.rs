@@ -33,10 +33,14 @@ const CALM: f64 = 0.1;
 /// every lattice.
 const ACCURATE_FASTEST: f64 = 1.25;
 
-/// The same where speed matters more. Every node then has several times its mass, and moves as slowly as tissue so viscous does anyway.
-/// Half of it would save 15 % and moves the surface no further (docs/accuracy/budget.md), but tissue then resists the arms of a loop that
-/// goes out quickly so much that one of them pierces it (`tests/pictures.rs`).
+/// The same where speed matters more, in tissue of [`FAST_MODULUS_PA`]. Every node then has several times its mass, and moves as slowly as
+/// tissue so viscous does anyway. Half of it would save 15 % and moves the surface no further (docs/accuracy/budget.md), but tissue then
+/// resists the arms of a loop that goes out quickly so much that one of them pierces it (`tests/pictures.rs`).
 const FAST_FASTEST: f64 = 0.12;
+/// That of `palpation_5hz`, Pa.
+const FAST_MODULUS_PA: f64 = 4_610.0;
+/// The most of it, in tissue however soft: well below 1, above which nothing damps what rings.
+const MOST_FAST_FASTEST: f64 = 0.5;
 
 /// Substeps for one that stability asks for: tools squeeze tissue within a step, and one that outran its bound is made again.
 const FAST_SUBSTEPS: f64 = 1.1;
@@ -71,12 +75,6 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// Few substeps, each of which errs by some hundredths of a millimetre: for scenes that are to run in real time.
-    pub const FAST: Effort = Effort {
-        fastest: FAST_FASTEST,
-        stiffest: LEAST_STIFFEST,
-        substeps: FAST_SUBSTEPS,
-    };
     /// What a tissue built from pentahedra starts with.
     pub const ACCURATE: Effort = Effort {
         fastest: ACCURATE_FASTEST,
@@ -89,6 +87,18 @@ impl Effort {
         stiffest: f64::INFINITY,
         substeps: 1.0,
     };
+
+    /// Few substeps, each of which errs by some hundredths of a millimetre, in tissue of such a modulus, Pa, above 0: for scenes that are to
+    /// run in real time. The highest frequency is the same whatever the modulus, and so is the number of substeps but for what the medium
+    /// damps. Stiffer tissue gets more inertia instead: its own frequencies would be too high for a hand to feel.
+    pub fn fast(modulus_pa: f64) -> Effort {
+        let fastest = FAST_FASTEST * (FAST_MODULUS_PA / modulus_pa);
+        Effort {
+            fastest: fastest.clamp(LEAST_FASTEST, MOST_FAST_FASTEST),
+            stiffest: LEAST_STIFFEST,
+            substeps: FAST_SUBSTEPS,
+        }
+    }
 
     /// Whether nodes exchange velocity: see [`Effort::fastest`].
     pub(crate) fn is_viscous(&self) -> bool {
@@ -355,7 +365,10 @@ impl Tissue {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
+    use crate::{Material, TissueMesh};
 
     const USUAL: Usual = Usual {
         stiffness: 1.0,
@@ -393,10 +406,35 @@ mod tests {
             ..Effort::ACCURATE
         };
         for of_all in [1.25, 2.0, 5.0, 30.0, 1e4] {
-            for effort in [Effort::FAST, Effort::ACCURATE, some, Effort::FULL] {
+            for effort in [Effort::fast(FAST_MODULUS_PA), Effort::ACCURATE, some, Effort::FULL] {
                 let ratio = cost(effort.finer(of_all), of_all) / cost(effort, of_all);
                 assert!((2.0 - 1e-9..2.9).contains(&ratio), "{effort:?} {of_all}: {ratio}");
             }
+        }
+    }
+
+    #[test]
+    fn a_fast_effort_costs_the_same_whatever_the_modulus() {
+        let positions = (0..10)
+            .flat_map(|n| [[0.0, 0.0], [0.0, 2.0], [2.0, 0.0]].map(|[x, y]| DVec3::new(x, y, 1.5 * f64::from(n))));
+        let pentahedra = (0..9).map(|n| [0, 1, 2, 3, 4, 5].map(|corner| 3 * n + corner));
+        let mesh = TissueMesh::from_pentahedra(positions.collect(), pentahedra.collect());
+        let bound_s = |modulus_pa: f64| {
+            let material = Material {
+                modulus_pa,
+                poisson_ratio: Some(0.45),
+                // A medium that damps lengthens steps, the more the lighter the nodes are.
+                viscosity_pa_s: 0.0,
+                ..Material::default()
+            };
+            let mut tissue = Tissue::new(&mesh, &material).expect("prisms are a tissue");
+            tissue.set_effort(Effort::fast(modulus_pa));
+            tissue.bound_s()
+        };
+        let soft = bound_s(FAST_MODULUS_PA);
+        for modulus_pa in [2_000.0, 13_200.0, 24_800.0] {
+            let ratio = bound_s(modulus_pa) / soft;
+            assert!((ratio - 1.0).abs() < 1e-3, "{modulus_pa} Pa: {ratio}");
         }
     }
 }

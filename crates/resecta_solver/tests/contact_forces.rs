@@ -75,7 +75,7 @@ fn a_pressed_block_takes_what_its_modulus_says() {
     let expected_n = MODULUS * SIDE_MM * SIDE_MM * strain * 1e-6;
     // Springs stretch by engineering strain and the area grows by twice the ratio: the second order is of the strain's size. Where
     // inertias are raised, velocities go to neighbours before the plates take them (`viscosity.rs`), and some to the medium.
-    for (effort, most_missed) in [(Effort::FULL, 0.02), (Effort::FAST, 0.06)] {
+    for (effort, most_missed) in [(Effort::FULL, 0.02), (Effort::fast(MODULUS), 0.06)] {
         for ratio in [0.25, 0.45] {
             let [below_n, above_n] = plates(ratio, effort, f32::INFINITY).forces_n;
             let missed = below_n / expected_n - 1.0;

@@ -15,7 +15,7 @@ fn tube() -> Tissue {
     let lattice = tube_lattice_of([8.0, 16.0], (LENGTH_MM / 5.0) as u32, 20.0);
     let mesh = TissueMesh::from_lattice(&lattice, ShearResistance::Diagonals);
     let mut tissue = Tissue::new(&mesh, &Material::default()).expect("a tube is a tissue");
-    tissue.set_effort(Effort::FAST);
+    tissue.set_effort(Effort::fast(Material::default().modulus_pa));
     let mobility = Mobility {
         anchor: Vec3::ZERO,
         shift_n_per_mm: SHIFT_N_PER_MM,
