@@ -138,7 +138,7 @@ pub fn all(is_long: bool) -> Vec<Part> {
     } else {
         &[18.0, 10.0, 8.0, 6.0, 5.0]
     };
-    // No modulus changes it.
+    // It is the same for every modulus.
     let substeps = Effort::fast(1.0).substeps;
     vec![
         Part {

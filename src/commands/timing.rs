@@ -121,6 +121,7 @@ pub struct SlowStep {
     tissue_ms: TissueTimes,
     /// Its substeps, repeated ones included: far more than in other steps if tissue was squeezed.
     substeps: u32,
+    /// Its contacts, near ones that pushed nothing included.
     contacts: usize,
 }
 

@@ -93,6 +93,6 @@ impl Case {
     pub const DEFAULT_MATERIAL: &str = "palpation_5hz";
 }
 
-pub(crate) fn default_material() -> String {
+fn default_material() -> String {
     Case::DEFAULT_MATERIAL.into()
 }

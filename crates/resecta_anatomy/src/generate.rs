@@ -12,7 +12,7 @@ use crate::complete::{NECK_TO_VERUMONTANUM, ellipse, round, trigone};
 use crate::random::SplitMix64;
 use crate::spline::CubicSpline;
 use crate::transition_zone::{self, look_up, published_share};
-use crate::{Case, CaseSource, LUMEN_RADIUS_MM, Landmarks, Slice, Unit, case, contour};
+use crate::{Case, CaseSource, LUMEN_RADIUS_MM, Landmarks, Slice, Unit, contour};
 
 /// What to generate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -137,7 +137,7 @@ pub fn generate(spec: &GlandSpec) -> Result<Case, GenerateError> {
             licence: "MIT OR Apache-2.0".into(),
         },
         unit: Unit::Millimetre,
-        material: case::default_material(),
+        material: Case::DEFAULT_MATERIAL.into(),
         landmarks,
         approximated: Vec::new(),
         slices,

@@ -89,8 +89,9 @@ impl Effort {
     };
 
     /// Few substeps, each of which errs by some hundredths of a millimetre, in tissue of such a modulus, Pa, above 0: for scenes that are to
-    /// run in real time. The highest frequency is the same whatever the modulus, and so is the number of substeps but for what the medium
-    /// damps. Stiffer tissue gets more inertia instead: its own frequencies would be too high for a hand to feel.
+    /// run in real time. From 1.1 to 55 kPa the highest frequency is the same, and so is the number of substeps but for what the medium damps:
+    /// stiffer tissue gets more inertia instead, for its own frequencies are too high for a hand to feel. Beyond, substeps go with the root of
+    /// the modulus.
     pub fn fast(modulus_pa: f64) -> Effort {
         let fastest = FAST_FASTEST * (FAST_MODULUS_PA / modulus_pa);
         Effort {

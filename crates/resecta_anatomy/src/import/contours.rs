@@ -14,7 +14,7 @@ use super::{ImportError, read, stem};
 use crate::case_file::MAX_FILE_BYTES;
 use crate::complete::{UrethraEnds, round};
 use crate::validate::drop_repeated_corners;
-use crate::{Case, CaseRuleError, CaseSource, Contour, Landmarks, Slice, Unit, case, contour};
+use crate::{Case, CaseRuleError, CaseSource, Contour, Landmarks, Slice, Unit, contour};
 
 #[derive(Deserialize)]
 struct ContourFile {
@@ -122,7 +122,7 @@ pub fn contours_json_str(text: &str, file: &Path) -> Result<Case, ImportError> {
             licence: parsed.licence.unwrap_or_else(|| "unknown".into()),
         },
         unit: parsed.unit,
-        material: case::default_material(),
+        material: Case::DEFAULT_MATERIAL.into(),
         landmarks: Landmarks::default(),
         approximated: Vec::new(),
         slices: parsed

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::outline::{Field, largest_outline};
 use super::{Axes, ImportError, MAX_VOLUME_BYTES, NiftiVolume, read, stem};
 use crate::complete::{UrethraEnds, round};
-use crate::{Case, CaseSource, Landmarks, Slice, Unit, case, contour};
+use crate::{Case, CaseSource, Landmarks, Slice, Unit, contour};
 
 /// Outlines of fewer voxels than this are dropped at both ends of the gland.
 const LEAST_AREA_VOXELS: f64 = 4.0;
@@ -67,7 +67,7 @@ pub fn nifti_mask_bytes(bytes: &[u8], file: &Path, options: &MaskOptions) -> Res
             licence: "unknown".into(),
         },
         unit: Unit::Millimetre,
-        material: case::default_material(),
+        material: Case::DEFAULT_MATERIAL.into(),
         landmarks: Landmarks::default(),
         approximated: Vec::new(),
         slices,
