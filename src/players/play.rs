@@ -54,8 +54,10 @@ const SEARCHED_STROKES: usize = 3;
 /// a vessel open has not finished.
 const SPOTLESS: f64 = 0.99;
 const LAST_LOOK_STROKES: usize = 40;
-/// Distance between places that a search looks at, mm.
+/// Distance between places that a search looks at, mm, and how far the loop is held off them: nearer than elsewhere, so that the lens sees
+/// over the edge at which a trench ends.
 const SEARCH_STEP_MM: usize = 7;
+const SEARCH_LIFT_MM: f32 = 1.0;
 /// Pressure at which the inflow is shut, and at which it is opened again, cmH2O: absorption begins at 20.
 const HIGH_CMH2O: f64 = 15.0;
 const LOW_CMH2O: f64 = 8.0;
@@ -323,7 +325,7 @@ impl Play {
             }
             Doing::Search(behind) => match self.searched_place(behind) {
                 Some((place, outwards)) => {
-                    let to = hold(scope, now, place - outwards * LIFT_MM, outwards, PRESS_STROKE_MM);
+                    let to = hold(scope, now, place - outwards * SEARCH_LIFT_MM, outwards, PRESS_STROKE_MM);
                     self.last_look = self.last_look.map(|_| behind);
                     self.doing = match self.nearest_bleeder(scope.tip(now), senses) {
                         Some(bleeder) => self.seek(bleeder),

@@ -11,7 +11,7 @@
 //!   one, and not at all where it does not.
 //! - A **current** closes it after a dwell: in every step of it a loop under coagulating (not cutting) current touched tissue
 //!   within a radius of where the vessel is ([`TissueContact`]). A step without that starts the dwell anew.
-//! - It **follows** the tissue by its pentahedron, and moves to another where that is gone: `carrier.rs`.
+//! - It **follows** the surface that the cut laid bare: `carrier.rs`.
 //!
 //! A closed vessel stays closed. Cutting deeper meets other vessels.
 
@@ -106,7 +106,7 @@ fn adopt(
         let solver = tissue.solver();
         for (index, (vessel, course)) in vessels.list.iter_mut().enumerate() {
             if course.state == VesselState::Intact && is_cut(solver, course.carrier) {
-                opened.write(course.open(entity, index, vessel, solver));
+                opened.write(course.open(entity, index, vessel, tissue));
             }
             if vessel.pentahedron as usize >= solver.pentahedron_count() {
                 course.state = VesselState::PutAside;
@@ -146,21 +146,30 @@ fn open(
                 let of = |&(pentahedron, _): &(u32, f64)| pentahedron;
                 cut.tissue == entity && cut.taken_mm3.binary_search_by_key(&course.carrier, of).is_ok()
             };
-            let is_reached = is_cut(solver, course.carrier) && cuts.iter().any(lost_tissue);
+            let lost_some = course.is_at_stake() && cuts.iter().any(lost_tissue);
+            if lost_some {
+                course.mouth = None;
+            }
+            let is_reached = lost_some && is_cut(solver, course.carrier);
             if course.tears() || course.state == VesselState::Intact && is_reached {
-                opened.write(course.open(entity, index, vessel, solver));
+                opened.write(course.open(entity, index, vessel, tissue));
             }
         }
     }
 }
 
 impl Course {
+    /// Whether a cut changes anything for it.
+    fn is_at_stake(&self) -> bool {
+        matches!(self.state, VesselState::Intact | VesselState::Open)
+    }
+
     /// Begins to bleed.
-    fn open(&mut self, tissue: Entity, index: usize, vessel: &Vessel, solver: &resecta_solver::Tissue) -> VesselOpened {
+    fn open(&mut self, entity: Entity, index: usize, vessel: &Vessel, tissue: &Tissue) -> VesselOpened {
         self.state = VesselState::Open;
-        self.follow(vessel, solver);
+        self.follow(vessel, tissue);
         VesselOpened {
-            tissue,
+            tissue: entity,
             vessel: index,
             kind: vessel.kind,
             place: self.place,
@@ -173,7 +182,7 @@ fn follow(mut lists: Query<(&mut Vessels, &Tissue)>) {
     for (mut vessels, tissue) in &mut lists {
         let open = vessels.list.iter_mut();
         for (vessel, course) in open.filter(|(_, course)| course.state == VesselState::Open) {
-            course.follow(vessel, tissue.solver());
+            course.follow(vessel, tissue);
         }
     }
 }

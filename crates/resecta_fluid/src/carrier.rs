@@ -1,56 +1,59 @@
-//! Where a vessel of the tissue at rest is now.
+//! Where a vessel of the tissue at rest bleeds now.
 //!
-//! The pentahedron that carries it maps rest to now by the affine map that fits its six nodes best (least squares):
-//! x = x̄ + F (X - X̄), F = (Σ dx dXᵀ) (Σ dX dXᵀ)⁻¹, with x̄ and X̄ the means of the nodes. Places go by the whole map and
-//! directions by F.
+//! A vessel comes out of the depth along its direction, and bleeds where a cut crossed it: at its mouth. That is the vertex of the
+//! surface laid bare by cuts that is nearest to the vessel at rest, with distances across its direction counted twice. (Nearest to the
+//! vessel's own place, not to the last mouth: else a loop would drive it along before it.) The mouth lies on the surface that is drawn
+//! and touched, within the distance of its vertices, and moves with it. What tore, and what bleeds where no cut laid anything bare, has its
+//! mouth at the nearest vertex of all.
 //!
-//! Where the pentahedron is gone, another takes over: of the living ones of which more than half is left the one whose centroid
-//! at rest is nearest to where the vessel was at rest, with distances across its direction counted twice, since a vessel
-//! comes out of the depth; of two as near the one with the lower index. The vessel then bleeds from the mean of that one's
-//! nodes. (Nearest to its own place, not to the last carrier's: else a loop would drive it along before it.) Where nothing is
-//! left it stays where it was.
+//! The pentahedron that carries the mouth turns the vessel's direction by F of the affine map that fits its six nodes best (least squares):
+//! x = x̄ + F (X - X̄), F = (Σ dx dXᵀ) (Σ dX dXᵀ)⁻¹, with x̄ and X̄ the means of the nodes.
 //!
-//! So a vessel is right to within a pentahedron. Where tissue is cut finer, its place may be a little above or below the
-//! surface: a jet is drawn from there, and the surface hides what is inside.
+//! The mouth is looked for anew when a cut takes tissue from that pentahedron. Where nothing is left it stays where it was.
 
-use bevy::math::{DMat3, DVec3};
-use resecta_solver::Tissue;
+use bevy::math::{DMat3, DVec3, Vec3};
+use resecta_tissue::Tissue;
 
 use crate::vessels::{Course, Vessel};
 
 impl Course {
     /// Brings place and direction to where the tissue is.
     pub fn follow(&mut self, vessel: &Vessel, tissue: &Tissue) {
-        if !tissue.is_pentahedron_alive(self.carrier) {
-            match next_carrier(tissue, vessel) {
-                Some(next) => (self.carrier, self.strayed) = (next, true),
-                None => return,
+        let solver = tissue.solver();
+        if self.mouth.is_none() || !solver.is_pentahedron_alive(self.carrier) {
+            let nearest = |only_bare| tissue.nearest_vertex(only_bare, |place| far_mm(vessel, place));
+            let on_cut = (!self.is_torn).then(|| nearest(true)).flatten();
+            let Some((mouth, carrier)) = on_cut.or_else(|| nearest(false)) else {
+                return;
+            };
+            (self.mouth, self.carrier) = (Some(mouth), carrier);
+        }
+        if let Some(mouth) = self.mouth {
+            let place: Vec3 = mouth.parts().map(|(node, weight)| weight * solver.position(node)).sum();
+            if place.is_finite() {
+                self.place = place;
             }
         }
-        let nodes = tissue.pentahedron_nodes(self.carrier);
-        let now = nodes.map(|node| tissue.position(node).as_dvec3());
-        let rest = nodes.map(|node| tissue.rest_position(node).as_dvec3());
-        let (mean_now, mean_rest) = (mean(&now), mean(&rest));
-        let gradient = fitted(&now, mean_now, &rest, mean_rest);
-        let place = match self.strayed {
-            true => mean_now,
-            false => mean_now + gradient * (vessel.place.as_dvec3() - mean_rest),
-        };
-        if place.is_finite() {
-            self.place = place.as_vec3();
-        }
+        let nodes = solver.pentahedron_nodes(self.carrier);
+        let now = nodes.map(|node| solver.position(node).as_dvec3());
+        let rest = nodes.map(|node| solver.rest_position(node).as_dvec3());
         // A pentahedron squeezed flat gives no direction: the last one stays.
-        let direction = (gradient * vessel.direction.as_dvec3()).as_vec3();
+        let direction = (fitted(&now, &rest) * vessel.direction.as_dvec3()).as_vec3();
         self.direction = direction.try_normalize().unwrap_or(self.direction);
     }
 }
 
-fn mean(places: &[DVec3; 6]) -> DVec3 {
-    places.iter().sum::<DVec3>() / 6.0
+/// How far a place at rest is from a vessel, mm, with what is across its direction counted twice.
+fn far_mm(vessel: &Vessel, place: Vec3) -> f32 {
+    let way = place - vessel.place;
+    let along = way.dot(vessel.direction);
+    along.abs() + 2.0 * (way - along * vessel.direction).length()
 }
 
 /// The gradient of the affine map that fits best.
-fn fitted(now: &[DVec3; 6], mean_now: DVec3, rest: &[DVec3; 6], mean_rest: DVec3) -> DMat3 {
+fn fitted(now: &[DVec3; 6], rest: &[DVec3; 6]) -> DMat3 {
+    let mean = |places: &[DVec3; 6]| places.iter().sum::<DVec3>() / 6.0;
+    let (mean_now, mean_rest) = (mean(now), mean(rest));
     let outer = |a: DVec3, b: DVec3| DMat3::from_cols(a * b.x, a * b.y, a * b.z);
     let mut moved = DMat3::ZERO;
     let mut spread = DMat3::ZERO;
@@ -65,15 +68,4 @@ fn fitted(now: &[DVec3; 6], mean_now: DVec3, rest: &[DVec3; 6], mean_rest: DVec3
     } else {
         DMat3::IDENTITY
     }
-}
-
-fn next_carrier(tissue: &Tissue, vessel: &Vessel) -> Option<u32> {
-    let left = tissue.living_pentahedron_indices();
-    let solid = left.filter(|&pentahedron| tissue.fill(pentahedron) > 0.5);
-    let distance = |&pentahedron: &u32| {
-        let way = tissue.rest_centroid(pentahedron) - vessel.place;
-        let along = way.dot(vessel.direction);
-        along.abs() + 2.0 * (way - along * vessel.direction).length()
-    };
-    solid.min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)))
 }

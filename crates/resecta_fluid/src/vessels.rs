@@ -1,6 +1,7 @@
 //! The vessels of a tissue: data, and what has become of each.
 
 use bevy::prelude::*;
+use resecta_solver::TissuePoint;
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -189,8 +190,8 @@ pub(crate) struct Course {
     pub carrier: u32,
     /// Whether it opens without a cut: what carries it tore.
     pub is_torn: bool,
-    /// Whether that is another than it was at rest.
-    pub strayed: bool,
+    /// Where the surface bleeds; none until it is looked for.
+    pub mouth: Option<TissuePoint>,
     pub place: Vec3,
     pub direction: Vec3,
     /// Since it was opened, s.
@@ -306,7 +307,7 @@ impl Course {
             state: VesselState::Intact,
             carrier: vessel.pentahedron,
             is_torn: false,
-            strayed: false,
+            mouth: None,
             place: vessel.place,
             direction: vessel.direction,
             age_s: 0.0,

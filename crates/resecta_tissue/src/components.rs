@@ -10,12 +10,14 @@ use bevy::{
     prelude::*,
 };
 use resecta_anatomy::Zone;
+use resecta_solver::TissuePoint;
 
 use crate::{
     collide::{Collider, ToolContacts},
     fine::Fine,
     gather::RemovedParts,
     settings::TissueSettings,
+    skin::Skin,
 };
 
 /// A tissue: the entity that owns the solver's state. Spawn it and its parts follow in the next step; remove or replace
@@ -109,6 +111,14 @@ impl Tissue {
         // One place a node: nothing else is refused.
         fine.field().move_vertices(&nodes, &mut places).ok();
         (places, fine.surface().triangles().collect())
+    }
+
+    /// The vertex of the surface that is nearest at rest by a measure of its place there, mm, and the pentahedron that carries it; none where
+    /// there is none. Of all of the surface, or of what cuts laid bare. Looks at every vertex.
+    pub fn nearest_vertex(&self, only_bare: bool, measure: impl Fn(Vec3) -> f32) -> Option<(TissuePoint, u32)> {
+        let skin = Skin::of(self);
+        let (vertex, pentahedron) = skin.nearest_at_rest(only_bare, measure)?;
+        Some((skin.carriers(vertex), pentahedron))
     }
 
     /// Brings a surface finer than the elements to where the tissue is.

@@ -187,6 +187,40 @@ impl<'a> Skin<'a> {
         }
     }
 
+    /// Whether a cut laid a vertex bare.
+    pub fn is_bare(&self, vertex: u32) -> bool {
+        match self.fine {
+            Some(fine) => fine.surface().kinds()[vertex as usize] == SurfaceKind::Cut,
+            None => self.solver.node_kind(vertex) == NodeKind::Inner,
+        }
+    }
+
+    /// The vertex that is nearest at rest by a measure of its place there, mm, with a pentahedron that carries it; of two as near, the first. Of
+    /// all vertices of triangles, or of those that cuts laid bare.
+    pub fn nearest_at_rest(&self, only_bare: bool, measure: impl Fn(Vec3) -> f32) -> Option<(u32, u32)> {
+        let counts = |vertex: &u32| !only_bare || self.is_bare(*vertex);
+        match self.fine {
+            Some(fine) => {
+                let vertices = (0..self.vertex_count() as u32).filter(counts);
+                let carried = vertices.filter_map(|vertex| Some((vertex, fine.surface().home(vertex)?)));
+                self.least(carried, measure)
+            }
+            None => {
+                let surface = self.solver.surface();
+                let corners = (surface.triangles())
+                    .flat_map(|(slot, triangle)| triangle.map(|vertex| (vertex, surface.owner(slot))));
+                self.least(corners.filter(|(vertex, _)| counts(vertex)), measure)
+            }
+        }
+    }
+
+    /// Of some vertices, with what carries them, the first at which a measure of the place at rest is least.
+    fn least(&self, vertices: impl Iterator<Item = (u32, u32)>, measure: impl Fn(Vec3) -> f32) -> Option<(u32, u32)> {
+        let measured = vertices.map(|(vertex, carrier)| (measure(self.rest_place(vertex)), vertex, carrier));
+        let least = measured.min_by(|a, b| a.0.total_cmp(&b.0));
+        least.map(|(_, vertex, carrier)| (vertex, carrier))
+    }
+
     /// What the skin is at a vertex.
     pub fn kind(&self, vertex: u32) -> NodeKind {
         let Some(fine) = self.fine else {
