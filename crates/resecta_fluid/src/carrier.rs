@@ -9,7 +9,8 @@
 //! The pentahedron that carries the mouth turns the vessel's direction by F of the affine map that fits its six nodes best (least squares):
 //! x = x̄ + F (X - X̄), F = (Σ dx dXᵀ) (Σ dX dXᵀ)⁻¹, with x̄ and X̄ the means of the nodes.
 //!
-//! The mouth is looked for anew when a cut takes tissue from that pentahedron. Where nothing is left it stays where it was.
+//! A cut that takes tissue from that pentahedron makes us search for the mouth again. A vessel of a tissue without any surface stays where it
+//! was.
 
 use bevy::math::{DMat3, DVec3, Vec3};
 use resecta_tissue::Tissue;
@@ -20,19 +21,19 @@ impl Course {
     /// Brings place and direction to where the tissue is.
     pub fn follow(&mut self, vessel: &Vessel, tissue: &Tissue) {
         let solver = tissue.solver();
-        if self.mouth.is_none() || !solver.is_pentahedron_alive(self.carrier) {
+        let known = self.mouth.filter(|_| solver.is_pentahedron_alive(self.carrier));
+        let found = known.map(|mouth| (mouth, self.carrier)).or_else(|| {
             let nearest = |only_bare| tissue.nearest_vertex(only_bare, |place| far_mm(vessel, place));
-            let on_cut = (!self.is_torn).then(|| nearest(true)).flatten();
-            let Some((mouth, carrier)) = on_cut.or_else(|| nearest(false)) else {
-                return;
-            };
-            (self.mouth, self.carrier) = (Some(mouth), carrier);
-        }
-        if let Some(mouth) = self.mouth {
-            let place: Vec3 = mouth.parts().map(|(node, weight)| weight * solver.position(node)).sum();
-            if place.is_finite() {
-                self.place = place;
-            }
+            let on_cut = if self.is_torn { None } else { nearest(true) };
+            on_cut.or_else(|| nearest(false))
+        });
+        let Some((mouth, carrier)) = found else {
+            return;
+        };
+        (self.mouth, self.carrier) = (Some(mouth), carrier);
+        let place: Vec3 = mouth.parts().map(|(node, weight)| weight * solver.position(node)).sum();
+        if place.is_finite() {
+            self.place = place;
         }
         let nodes = solver.pentahedron_nodes(self.carrier);
         let now = nodes.map(|node| solver.position(node).as_dvec3());

@@ -113,8 +113,8 @@ impl Tissue {
         (places, fine.surface().triangles().collect())
     }
 
-    /// The vertex of the surface that is nearest at rest by a measure of its place there, mm, and the pentahedron that carries it; none where
-    /// there is none. Of all of the surface, or of what cuts laid bare. Looks at every vertex.
+    /// The surface vertex whose place at rest, mm, gives the least `measure`, and the pentahedron that carries it. With `only_bare` it is one that
+    /// a cut laid bare. `None` if there is no such vertex. Looks at every vertex of the surface.
     pub fn nearest_vertex(&self, only_bare: bool, measure: impl Fn(Vec3) -> f32) -> Option<(TissuePoint, u32)> {
         let skin = Skin::of(self);
         let (vertex, pentahedron) = skin.nearest_at_rest(only_bare, measure)?;

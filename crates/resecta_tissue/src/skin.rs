@@ -195,8 +195,8 @@ impl<'a> Skin<'a> {
         }
     }
 
-    /// The vertex that is nearest at rest by a measure of its place there, mm, with a pentahedron that carries it; of two as near, the first. Of
-    /// all vertices of triangles, or of those that cuts laid bare.
+    /// The vertex of a triangle whose place at rest, mm, gives the least `measure`, and a pentahedron that carries it; the first of equals. With
+    /// `only_bare` it is one that a cut laid bare. `None` if there is no such vertex.
     pub fn nearest_at_rest(&self, only_bare: bool, measure: impl Fn(Vec3) -> f32) -> Option<(u32, u32)> {
         let counts = |vertex: &u32| !only_bare || self.is_bare(*vertex);
         match self.fine {
