@@ -10,7 +10,7 @@ use resecta_tissue::{Chip, Tissue, TissueChip, TissueDiagnostics, TissueResected
 use super::{
     catalogue::StandardStroke,
     measure::{self, Trough},
-    surface::TissueSurface,
+    surface::{TissueSurface, View},
 };
 use crate::{measured::MeasuredError, players};
 
@@ -35,8 +35,10 @@ pub struct Stroked {
     pub stroke: &'static str,
     /// Whether nothing was cut before it.
     pub is_first: bool,
-    /// Its trough, in the frame that the surgeon sees.
+    /// Its trough, seen from the organ: the bed's motion since the wire passed is not in it.
     pub trough: Trough,
+    /// Its trough as it lies in space when the stroke is over.
+    pub trough_in_space: Trough,
     /// Its chip.
     pub chip: ChipSize,
     /// Most pentahedra inside out in a step, those strokes before it included.
@@ -91,6 +93,40 @@ impl ChipSize {
     }
 }
 
+/// What is seen of a stroke from somewhere.
+struct Seen {
+    from: View,
+    /// The tissue's surface before it.
+    before: Option<TissueSurface>,
+    /// The loop's poses where it cut.
+    path: Vec<LoopPose>,
+}
+
+impl Seen {
+    fn from(from: View) -> Self {
+        Self {
+            from,
+            before: None,
+            path: Vec::new(),
+        }
+    }
+
+    /// Looks at the tissue once the stroke begins, and at the loop where it cuts.
+    fn look(&mut self, tissue: &Tissue, begins: bool, cutting: Option<LoopPose>) {
+        if begins && self.before.is_none() {
+            self.before = TissueSurface::of(tissue, self.from);
+        }
+        self.path.extend(cutting.map(|pose| self.from.pose(tissue, pose)));
+    }
+
+    /// What the stroke left of the tissue; none where the loop met none.
+    fn trough(&self, tissue: &Tissue, size_mm: [f32; 2]) -> Option<Trough> {
+        let surface = TissueSurface::of(tissue, self.from)?;
+        let before = self.before.as_ref().filter(|_| !self.path.is_empty())?;
+        Some(measure::trough(before, &surface, &self.path, size_mm))
+    }
+}
+
 /// Makes a standard stroke on a gland that the library ships, the lumen held open by a pressure; none where the loop met no tissue.
 ///
 /// # Errors
@@ -116,8 +152,8 @@ pub fn stroke(
 
     let mut resected = app.world().resource::<Messages<TissueResected>>().get_cursor();
     let mut chipped = app.world().resource::<Messages<TissueChip>>().get_cursor();
-    let mut before = None;
-    let (mut path, mut chips, mut chip) = (Vec::new(), Vec::new(), ChipSize::default());
+    let mut seen = [View::Organ, View::Space].map(Seen::from);
+    let (mut chips, mut chip) = (Vec::new(), ChipSize::default());
     let (mut most_inverted, mut overlap_mm) = (0, 0.0_f32);
     let mut steps_after = 0;
     for _ in 0..MOST_STEPS {
@@ -131,14 +167,15 @@ pub fn stroke(
         };
         let is_last = number + 1 == standard.strokes.len();
         let cuts_last = is_last && state.cut && world.resource::<StepObservation>().loop_in_tissue;
-        if is_last && before.is_none() && state.stroke_mm > OUT_MM {
-            before = world.get::<Tissue>(active.tissue).and_then(TissueSurface::of);
-        }
-        if cuts_last {
-            path.push(scope.loop_pose(state));
+        if let Some(tissue) = world.get::<Tissue>(active.tissue) {
+            let begins = is_last && state.stroke_mm > OUT_MM;
+            let cutting = cuts_last.then(|| scope.loop_pose(state));
+            for seen in &mut seen {
+                seen.look(tissue, begins, cutting);
+            }
         }
         // Chips of the stroke before come some steps after its end.
-        let is_measured = !path.is_empty();
+        let is_measured = !seen[0].path.is_empty();
         for message in resected.read(world.resource()).filter(|_| is_measured) {
             chip.missing_mm3 += message.volume_mm3;
             chip.torn_mm3 += if message.tool.is_none() {
@@ -162,22 +199,24 @@ pub fn stroke(
         }
     }
     let world = app.world();
-    let surface = world.get::<Tissue>(active.tissue).and_then(TissueSurface::of);
-    let (Some(before), Some(surface), Some(&middle)) = (before, surface, path.get(path.len() / 2)) else {
-        return Ok(None);
-    };
-    chip.take(&chips, density, middle);
+    let middle = (seen[0].path).get(seen[0].path.len() / 2).copied();
     let scope = world.get::<Resectoscope>(active.instrument);
     let geometry = scope.map(|scope| scope.geometry).unwrap_or_default();
     // To the outer edge of the wire.
     let wire_mm = geometry.wire_diameter_mm;
     let size_mm = [geometry.loop_width_mm + wire_mm, geometry.loop_depth_mm + 0.5 * wire_mm];
+    let left = seen.map(|seen| seen.trough(world.get(active.tissue)?, size_mm));
+    let ([Some(trough), Some(trough_in_space)], Some(middle)) = (left, middle) else {
+        return Ok(None);
+    };
+    chip.take(&chips, density, middle);
     Ok(Some(Stroked {
         case: case.into(),
         pressure_cmh2o,
         stroke: standard.name,
         is_first: standard.is_first,
-        trough: measure::trough(&before, &surface, &path, size_mm),
+        trough,
+        trough_in_space,
         chip,
         most_inverted,
         overlap_mm,

@@ -5,6 +5,7 @@ use parry3d::{
     query::{Ray, RayCast},
     shape::TriMesh,
 };
+use resecta_instrument::LoopPose;
 use resecta_tissue::Tissue;
 
 use crate::budget::Surface;
@@ -18,6 +19,44 @@ pub struct Crossing {
     pub enters: bool,
 }
 
+/// Where tissue and wire are seen from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum View {
+    /// A place that does not move.
+    Space,
+    /// The organ: the sheath moves it as a whole by millimetres (`resecta_solver::Mobility`), and a surgeon steers by what lies before the
+    /// loop.
+    Organ,
+}
+
+impl View {
+    /// Where a place of a tissue is seen, mm: from the organ, where it would be had the bed moved nowhere.
+    pub fn place(self, tissue: &Tissue, place: Vec3) -> Vec3 {
+        match self {
+            View::Space => place,
+            View::Organ => unmoved(|rest| tissue.solver().bed_moves(rest), place),
+        }
+    }
+
+    /// Where a pose of the loop is seen.
+    pub fn pose(self, tissue: &Tissue, pose: LoopPose) -> LoopPose {
+        let centre = self.place(tissue, pose.centre);
+        let turned = |axis: Vec3| (self.place(tissue, pose.centre + axis) - centre).normalize_or(axis);
+        LoopPose {
+            centre,
+            travel: turned(pose.travel),
+            down: turned(pose.down),
+        }
+    }
+}
+
+/// The place that a motion brings to another place.
+fn unmoved(moves: impl Fn(Vec3) -> Vec3, place: Vec3) -> Vec3 {
+    /// A bed turns by some hundredths of a radian: every guess is that much nearer than the one before, the last to micrometres.
+    const GUESSES: usize = 4;
+    (0..GUESSES).fold(place, |rest, _| place - moves(rest))
+}
+
 /// A closed surface, outward by the right-hand rule. Lengths mm.
 pub struct TissueSurface {
     mesh: TriMesh,
@@ -25,9 +64,10 @@ pub struct TissueSurface {
 
 impl TissueSurface {
     /// That of a tissue that is cut finer than its elements; none of another one, and of one of which nothing is left.
-    pub fn of(tissue: &Tissue) -> Option<Self> {
+    pub fn of(tissue: &Tissue, view: View) -> Option<Self> {
         let Surface { places, triangles } = Surface::of(tissue)?;
-        Self::new(places, triangles)
+        let seen = places.into_iter().map(|place| view.place(tissue, place));
+        Self::new(seen.collect(), triangles)
     }
 
     /// One of these vertices and triangles.
@@ -83,6 +123,14 @@ mod tests {
         let (vertices, triangles) = parry3d::shape::Cuboid::new(Vec3::new(2.0, 2.0, 0.5)).to_trimesh();
         let vertices = vertices.into_iter().map(|v| v + Vec3::new(2.0, 2.0, 0.5)).collect();
         TissueSurface::new(vertices, triangles).expect("a box is a surface")
+    }
+
+    #[test]
+    fn a_place_is_found_that_a_shift_and_a_turn_bring_to_another() {
+        let moves = |rest: Vec3| Vec3::new(0.3, -2.5, 0.1) + Vec3::new(0.05, -0.02, 0.01).cross(rest);
+        let rest = Vec3::new(3.0, -8.0, 40.0);
+        let found = unmoved(moves, rest + moves(rest));
+        assert!(found.distance(rest) < 1e-3, "{found}");
     }
 
     #[test]
