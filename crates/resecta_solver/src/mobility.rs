@@ -3,7 +3,9 @@
 //! The bed of every node (`bed.rs`) is the tissue next to the organ, a centimetre of it. What that rests on moves, too: held by nothing else,
 //! an organ would be as hard to move as its bed is to squeeze. So the beds are springs to a frame that itself is held by two springs, one
 //! against shifting, one against turning about an anchor. The frame takes the place in which its springs balance the beds', late by
-//! [`YIELDS_IN_S`]: what surrounds an organ is as viscous as the organ.
+//! [`YIELDS_IN_S`]: what surrounds an organ is as viscous as the organ. Its nodes go with it and draw it on, so that an organ that is let go
+//! comes back more slowly, by as much as its beds together are stiffer than its frame: with a time constant of `YIELDS_IN_S (1 + w / k)`,
+//! some 1.4 s in the shipped glands.
 //!
 //! With `d` the way of a node from its rest place, `r` that place from the anchor and `w` the stiffness of its bed, the frame's shift `t` and
 //! turn `θ` (small, so that places turn by `θ × r`) make `Σ w |d - t - θ × r|² + k_t |t|² + k_r |θ|²` least: six linear equations. The
@@ -18,7 +20,8 @@ use glam::{DMat3, DVec3, Vec3};
 use crate::tissue::{EditError, Tissue, check_range};
 use crate::vectors::{SiteVectors, Vectors};
 
-/// Time in which the frame makes up for most of what it is behind, s. Ours: an organ that is let go is back within some tenths of a second.
+/// Time in which the frame makes up for most of what it is behind while its nodes stay, s. Ours, without a source: an organ that is let go
+/// is back within seconds.
 const YIELDS_IN_S: f64 = 0.05;
 
 /// Tissue that sleeps is woken when the frame has moved a node by more than this since, mm.

@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::f32::consts::TAU;
+
 use common::tube_lattice_of;
 use glam::Vec3;
 use resecta_solver::{CollapseLaw, Effort, Material, Mobility, ShearResistance, Tissue, TissueMesh};
@@ -70,6 +72,36 @@ fn a_force_shifts_the_organ_and_turns_it_about_its_anchor() {
         ends(&tissue).iter().all(|end| end.length() < 0.05 * shift_mm),
         "{:?}",
         ends(&tissue)
+    );
+}
+
+#[test]
+fn an_organ_that_is_let_go_comes_back_the_more_slowly_the_stiffer_its_bed_is() {
+    // The capsule is the outer surface, of 16 mm radius; along its axis the tube only shifts.
+    let bed_n_per_mm = Material::default().support_pa_per_mm as f32 * 1e-6 * (TAU * 16.0 * LENGTH_MM);
+    let constant_s = 0.05 * (1.0 + bed_n_per_mm / SHIFT_N_PER_MM);
+    let mut tissue = tube();
+    let nodes = tissue.node_count() as u32;
+    let load_all = |tissue: &mut Tissue, load: Vec3| {
+        for node in 0..nodes {
+            tissue.set_load(node, load).expect("a living node");
+        }
+    };
+    load_all(&mut tissue, Vec3::Z * (0.1e6 / nodes as f32));
+    rest(&mut tissue, 3);
+    load_all(&mut tissue, Vec3::ZERO);
+    // The tube's own inertia comes first.
+    let mut at = |seconds: f32| {
+        for _ in 0..(seconds * 60.0).round() as u32 {
+            tissue.advance(1.0 / 60.0, &[]).expect("a stable step");
+        }
+        tissue.bed_moves(Vec3::ZERO).z
+    };
+    let (first, second) = (at(0.1), at(0.2));
+    let measured_s = 0.2 / (first / second).ln();
+    assert!(
+        (measured_s / constant_s - 1.0).abs() < 0.2,
+        "{measured_s} s for {constant_s} s"
     );
 }
 
