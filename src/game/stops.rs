@@ -292,24 +292,27 @@ mod tests {
             pad.analog_mut().set(axis, amount);
         };
         let state = |app: &App| *app.world().get::<InstrumentState>(instrument).unwrap();
-        // Down as far as the gland's end lets it, then on.
+        // Down as far as the gland's end lets it, then on until tissue holds it.
         push(&mut app, GamepadAxis::RightStickY, -1.0);
         (0..30).for_each(|_| app.update());
         push(&mut app, GamepadAxis::LeftStickY, 1.0);
-        (0..240).for_each(|_| app.update());
-        let shown = &app.world().resource::<Stops>().shown;
-        let by_tissue = |field| (shown.iter()).any(|(stop, _)| (stop.field, stop.by) == (field, StoppedBy::Tissue));
-        assert!(by_tissue(InstrumentField::Insertion), "{shown:?}, {:?}", state(&app));
+        let is_held = (0..240).any(|_| {
+            app.update();
+            let shown = &app.world().resource::<Stops>().shown;
+            let held = (InstrumentField::Insertion, StoppedBy::Tissue);
+            shown.iter().any(|(stop, _)| (stop.field, stop.by) == held)
+        });
+        assert!(is_held, "{:?}", state(&app));
         let held = state(&app);
         let mut felt = 0;
-        for _ in 0..12 {
+        for _ in 0..6 {
             app.update();
             felt += rumbles(&mut app).len();
         }
         assert!(felt > 0);
-        // It creeps at most, where the stick alone would bring it 9 mm on.
+        // It creeps, and slides along the wall, as it may: less than a fifth of the 4.5 mm that the stick alone would bring it on.
         assert!(
-            state(&app).insertion_mm < held.insertion_mm + 1.0,
+            state(&app).insertion_mm < held.insertion_mm + 0.9,
             "{held:?} {:?}",
             state(&app)
         );

@@ -15,7 +15,7 @@ use super::{
 /// The gland that is looked at.
 const CASE: &str = "medium";
 /// Pressures that open its lumen, cmH2O: the first is none, from which the closed form starts.
-const PRESSURES_CMH2O: [f64; 7] = [0.0, 2.5, 5.0, 10.0, 15.0, 20.0, 40.0];
+const PRESSURES_CMH2O: [f64; 7] = [0.0, 5.0, 10.0, 20.0, 30.0, 40.0, 60.0];
 /// How far the taps are open: both, and with the inflow closed.
 const TAPS: [[f32; 2]; 2] = [[1.0, 1.0], [0.0, 1.0]];
 

@@ -56,7 +56,7 @@ impl Manner {
             layer_mm: 3.8,
             beside_mm: 4.5,
             inside_adenoma_mm: -1.5,
-            inside_capsule_mm: 2.0,
+            inside_capsule_mm: 1.5,
             above_verumontanum_mm: [2.0, 4.0, 4.0, 6.0],
             lets_go_at_capsule_mm: Some(0.5),
             lets_go_above_verumontanum_mm: Some(1.5),
@@ -351,7 +351,7 @@ mod tests {
         let verumontanum_z = case.landmarks.verumontanum.unwrap().z;
         let (lowest, inside_mm) = nearest(&case, &Manner::careful());
         assert!(
-            lowest >= verumontanum_z + 1.0 && inside_mm >= 1.9,
+            lowest >= verumontanum_z + 1.0 && inside_mm > Manner::careful().inside_capsule_mm - 0.1,
             "{lowest}, {inside_mm}"
         );
         let (lowest, inside_mm) = nearest(&case, &Manner::careless());

@@ -53,12 +53,12 @@ Twelve standard strokes of the loop on each shipped gland, made by the hands of 
 water. Half a second after the current the trough is looked at, the instrument in place and tissue as it lies then. Water opens it: what it is
 deeper and wider then is how tissue lies, not how it was cut.
 
-The sheath moves the organ as a whole by millimetres, and a surgeon steers by the wall before the loop. So wire and trough are compared as they
-are seen from the organ, without the motion of its bed (`Tissue::bed_moves`) in between. What the trough moved in space besides is in *in space*.
+The sheath moves the organ as a whole by millimetres, also after the wire has passed. The wire's path and the trough are therefore compared in
+the organ's frame: the motion of its bed (`Tissue::bed_moves`) is taken out of both. *In space* leaves it in.
 
 - *deeper*, *wider*: the floor beyond the deepest point of the wire's outer edge, and the width half-way down beyond that edge; medians
   over the middle three fifths of the way, where tissue was beyond the wire before (on one side only, the width is twice what that is
-  wider). The current vaporises 0.1 mm beyond the wire; *in space*: both as they are where nothing that moved is left out;
+  wider). The current vaporises 0.1 mm beyond the wire; *in space*: both with the motion of the bed;
 - *off*: RMS distance of the floor, within 45 degrees of the deepest point, from where the wire's outer edge passed; rays that met no wall
   within 3 mm are *missed*;
 - *rough*: RMS distance of that floor from the nearest quadratic surface;

@@ -90,7 +90,7 @@ pub struct Case {
 
 impl Case {
     /// Material of a case that names none.
-    pub const DEFAULT_MATERIAL: &str = "palpation_5hz";
+    pub const DEFAULT_MATERIAL: &str = "mr_elastography";
 }
 
 fn default_material() -> String {

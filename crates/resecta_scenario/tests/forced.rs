@@ -13,10 +13,13 @@ const OFF_DEG: f32 = 22.0;
 const FROM_MM: f32 = 12.0;
 /// Hands that push slowly, at the pace of practice and fast, mm/s.
 const PACES_MM_PER_S: [f32; 3] = [3.0, 10.0, 40.0];
-/// For how long the sheath is turned and then pushed, s: past both limits at the pace of practice.
+/// For how long the sheath is turned and then pushed, s: past the first limit at the pace of practice, past both where it is fast.
 const TURNED_S: f32 = 1.0;
 const PUSHED_S: f32 = 4.0;
 const STEP_S: f32 = 1.0 / 60.0;
+/// A push that tears tissue: into the floor beside the ridge, off which the sheath slides.
+const TEARS_AT_HOUR: f32 = 4.5;
+const TEARS_AT_MM_PER_S: f32 = 40.0;
 
 /// What became of a push.
 #[derive(Debug, Default)]
@@ -85,7 +88,7 @@ fn push(trial: &mut Trial, hour: f32, pace_mm_per_s: f32) -> Pushed {
 #[test]
 fn a_sheath_pushed_into_the_floor_is_held_tears_it_once_and_bleeds() {
     let mut trial = trial();
-    let pushed = push(&mut trial, 6.0, 10.0);
+    let pushed = push(&mut trial, TEARS_AT_HOUR, TEARS_AT_MM_PER_S);
     assert!(pushed.was_held, "{pushed:?}");
     // It goes no further against what tears; a step or two of creep are in the mean.
     assert!(
@@ -116,7 +119,7 @@ fn a_sheath_that_follows_the_roof_into_the_bladder_tears_nothing() {
 #[test]
 fn a_recording_of_a_tear_replays_to_the_same_bits() {
     let mut trial = trial();
-    push(&mut trial, 4.5, 10.0);
+    push(&mut trial, TEARS_AT_HOUR, TEARS_AT_MM_PER_S);
     let recording = trial.on_instrument::<InstrumentRecording>().unwrap().clone();
     let mut again = self::trial();
     let steps = recording.states.len() as u32;
