@@ -109,7 +109,7 @@ fn a_patient_who_lies_elsewhere_looks_the_same() {
         .for_each(|place| *place += by);
     case.save(&folder.path().join("there.case.ron")).unwrap();
 
-    // Slowly enough for tissue to make way: what a sheath that appears in its midst does to it hangs by a rounding.
+    // Slowly enough for tissue to make way: what a sheath that appears in its midst does to it depends on rounding.
     write(
         folder.path(),
         "script.ron",
