@@ -134,7 +134,12 @@ fn verdict(text: &mut String, budget: &Budget) {
             coarser.map_or(String::new(), |over| percent(1.0 - over.cost)),
             coarser.map_or(String::new(), |over| setting(over, false)),
             finer.map_or(String::new(), |(over, is_reference)| setting(over, *is_reference)),
-            plain(line.times),
+            // An error below the noise is no number to divide by.
+            if line.shipped.beyond_mm > 0.0 {
+                plain(line.times)
+            } else {
+                "below noise".into()
+            },
             advice(line, &noise),
             sentence(line, &noise),
         ]

@@ -205,6 +205,8 @@ mod tests {
         let library = Library::new(assets::find().unwrap());
         let mut loaded = library.load("first_cuts").unwrap();
         loaded.exercise.alpha_deg = 20.0;
+        // A soft gland: a sheath slides off a stiffer one, and takes it along, before it is held for long.
+        loaded.exercise.material = Some("palpation_5hz".into());
         let mut app = headless::app(None);
         app.add_plugins(feel);
         headless::start(&mut app, loaded.prepare().unwrap(), InstrumentSource::Live);
@@ -292,27 +294,24 @@ mod tests {
             pad.analog_mut().set(axis, amount);
         };
         let state = |app: &App| *app.world().get::<InstrumentState>(instrument).unwrap();
-        // Down as far as the gland's end lets it, then on until tissue holds it.
+        // Down as far as the gland's end lets it, then on.
         push(&mut app, GamepadAxis::RightStickY, -1.0);
         (0..30).for_each(|_| app.update());
         push(&mut app, GamepadAxis::LeftStickY, 1.0);
-        let is_held = (0..240).any(|_| {
-            app.update();
-            let shown = &app.world().resource::<Stops>().shown;
-            let held = (InstrumentField::Insertion, StoppedBy::Tissue);
-            shown.iter().any(|(stop, _)| (stop.field, stop.by) == held)
-        });
-        assert!(is_held, "{:?}", state(&app));
+        (0..240).for_each(|_| app.update());
+        let shown = &app.world().resource::<Stops>().shown;
+        let by_tissue = |field| (shown.iter()).any(|(stop, _)| (stop.field, stop.by) == (field, StoppedBy::Tissue));
+        assert!(by_tissue(InstrumentField::Insertion), "{shown:?}, {:?}", state(&app));
         let held = state(&app);
         let mut felt = 0;
-        for _ in 0..6 {
+        for _ in 0..12 {
             app.update();
             felt += rumbles(&mut app).len();
         }
         assert!(felt > 0);
-        // It creeps, and slides along the wall, as it may: less than a fifth of the 4.5 mm that the stick alone would bring it on.
+        // It creeps at most, where the stick alone would bring it 9 mm on.
         assert!(
-            state(&app).insertion_mm < held.insertion_mm + 0.9,
+            state(&app).insertion_mm < held.insertion_mm + 1.0,
             "{held:?} {:?}",
             state(&app)
         );

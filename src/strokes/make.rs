@@ -93,7 +93,7 @@ impl ChipSize {
     }
 }
 
-/// What is seen of a stroke from somewhere.
+/// The surface before a stroke and the wire's path, both in one frame.
 struct Seen {
     from: View,
     /// The tissue's surface before it.
@@ -119,7 +119,7 @@ impl Seen {
         self.path.extend(cutting.map(|pose| self.from.pose(tissue, pose)));
     }
 
-    /// What the stroke left of the tissue; none where the loop met none.
+    /// The trough, compared with the path. `None` if the loop met no tissue.
     fn trough(&self, tissue: &Tissue, size_mm: [f32; 2]) -> Option<Trough> {
         let surface = TissueSurface::of(tissue, self.from)?;
         let before = self.before.as_ref().filter(|_| !self.path.is_empty())?;
@@ -127,7 +127,7 @@ impl Seen {
     }
 }
 
-/// Makes a standard stroke on a gland that the library ships, the lumen held open by a pressure; none where the loop met no tissue.
+/// Makes a standard stroke on a gland that the library ships, the lumen held open by a pressure, cmH2O. `None` if the loop met no tissue.
 ///
 /// # Errors
 ///

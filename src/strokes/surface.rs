@@ -19,7 +19,7 @@ pub struct Crossing {
     pub enters: bool,
 }
 
-/// Where tissue and wire are seen from.
+/// The frame in which tissue and wire are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum View {
     /// A place that does not move.
@@ -63,7 +63,7 @@ pub struct TissueSurface {
 }
 
 impl TissueSurface {
-    /// That of a tissue that is cut finer than its elements; none of another one, and of one of which nothing is left.
+    /// The surface of a tissue, in the frame of a view. `None` if the tissue is not cut finer than its elements, or nothing is left of it.
     pub fn of(tissue: &Tissue, view: View) -> Option<Self> {
         let Surface { places, triangles } = Surface::of(tissue)?;
         let seen = places.into_iter().map(|place| view.place(tissue, place));

@@ -19,7 +19,7 @@ const PUSHED_S: f32 = 4.0;
 const STEP_S: f32 = 1.0 / 60.0;
 /// A push that tears tissue: into the floor beside the ridge, off which the sheath slides.
 const TEARS_AT_HOUR: f32 = 4.5;
-const TEARS_AT_MM_PER_S: f32 = 40.0;
+const TEARS_AT_MM_PER_S: f32 = PACES_MM_PER_S[2];
 
 /// What became of a push.
 #[derive(Debug, Default)]
@@ -104,6 +104,16 @@ fn a_sheath_pushed_into_the_floor_is_held_tears_it_once_and_bleeds() {
     let back = *trial.on_instrument::<InstrumentState>().unwrap();
     assert!(back.insertion_mm < held.insertion_mm - 25.0, "{back:?}");
     assert_eq!(trial.value("false_passages"), 1.0);
+}
+
+#[test]
+fn a_sheath_pushed_into_the_floor_at_the_pace_of_practice_is_held_and_tears_nothing() {
+    let pushed = push(&mut trial(), 6.0, PACES_MM_PER_S[1]);
+    assert!(
+        pushed.was_held && pushed.hardest_n < pushed.tears_n && pushed.opened == 0,
+        "{pushed:?}"
+    );
+    assert!(pushed.overlap_mm < 0.3 && pushed.inverted <= 15, "{pushed:?}");
 }
 
 #[test]
