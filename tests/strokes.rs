@@ -19,8 +19,6 @@ fn on_the_small_gland(pressure_cmh2o: f64) -> Vec<Stroked> {
     made.collect()
 }
 
-/// The stroke that is known to leave a sheet above 4 mm²: pressure, cmH2O, and name.
-const LEAVES_A_SHEET: (f64, &str) = (0.0, "at the neck");
 /// The stroke so shallow that more than 45 % of it vaporises.
 const SHALLOWEST: (f64, &str) = (10.0, "beside the first, 2.5 mm");
 /// What the wire vaporises along itself, mm: its width and 0.1 mm beyond.
@@ -34,12 +32,12 @@ fn is_clean(stroked: &Stroked) {
     let is_the = |(pressure, stroke)| stroked.pressure_cmh2o == pressure && stroked.stroke == stroke;
     // The targets that a surgeon's trough is to meet.
     assert!(trough.roughness_mm <= 0.25 && trough.missed < 0.05, "{name}");
-    // A sheet is a fault. Whoever mends the known one is to hear of it here.
-    assert_eq!(trough.largest_sheet_mm2 > 4.0, is_the(LEAVES_A_SHEET), "{name}");
+    assert!(trough.largest_sheet_mm2 <= 4.0, "{name}");
     assert!((chip.share() - 1.0).abs() <= 0.05, "{name}");
-    // The wire vaporises no more than its kerf: a sixth of a full stroke and up to two fifths of a shallow one.
-    assert!(chip.vaporised_mm3 <= KERF_MM * WIRE_MM * trough.length_mm, "{name}");
-    let vaporised = chip.vaporised_mm3 / chip.missing_mm3;
+    // Beside thin tissue the wire vaporises no more than its kerf: a sixth of a full stroke and up to two fifths of a shallow one.
+    let of_kerf_mm3 = chip.vaporised_mm3 - chip.thin_mm3;
+    assert!(of_kerf_mm3 <= KERF_MM * WIRE_MM * trough.length_mm, "{name}");
+    let vaporised = of_kerf_mm3 / chip.missing_mm3;
     assert!(vaporised > 0.15 && (vaporised > 0.45) == is_the(SHALLOWEST), "{name}");
     // The wire takes what it sweeps: no more tears off beside it than crumbs.
     assert!(chip.torn_mm3 <= 0.1 * chip.missing_mm3, "{name}");

@@ -56,6 +56,8 @@ pub struct ChipSize {
     pub torn_mm3: f64,
     /// What of that vaporised, mm³.
     pub vaporised_mm3: f64,
+    /// What of that was thin tissue beside the wall, mm³.
+    pub thin_mm3: f64,
     /// The largest chip of it, mm³.
     pub chip_mm3: f64,
     /// Its mass, g.
@@ -78,6 +80,7 @@ impl ChipSize {
     fn take(&mut self, chips: &[Arc<Chip>], density_g_per_mm3: f64, middle: LoopPose) {
         self.chips = chips.len();
         self.vaporised_mm3 = chips.iter().map(|chip| chip.vaporised_mm3).sum();
+        self.thin_mm3 = chips.iter().map(|chip| chip.thin_mm3).sum();
         let Some(largest) = (chips.iter()).max_by(|a, b| a.rest_volume_mm3.total_cmp(&b.rest_volume_mm3)) else {
             return;
         };

@@ -65,8 +65,8 @@ the organ's frame: the motion of its bed (`Tissue::bed_moves`) is taken out of b
 - *sheets*: tissue thinner than {THIN_MM} mm within 8 mm of the way, further than 0.8 mm from all that is thicker, one side; all of it, and
   the largest piece;
 - *inside out*: most elements in a step; *overlap*: how deep tissue lay in the sheath at most;
-- *missing*: what the gland lost, at rest; *torn*: what of it tore off; *vapour*: the share of it that vaporised; *chip*: the largest
-  chip's share of what did not.
+- *missing*: what the gland lost, at rest; *torn*: what of it tore off; *vapour*, *thin*: the share of it that vaporised, and of
+  thin tissue in it; *chip*: the largest chip's share of what did not.
 
 To repeat: `cargo run --release -- accuracy --only strokes`. Raw numbers: [strokes.json](strokes.json).
 
@@ -108,7 +108,7 @@ const HEADS: [&str; 19] = [
     "largest, mm2",
     "missing, mm3",
     "torn, mm3",
-    "vapour, %",
+    "vapour, thin, %",
     "chip, %",
     "g",
     "long, wide, mm",
@@ -125,12 +125,13 @@ fn line(stroked: &Stroked) -> Vec<String> {
         chip,
         ..
     } = stroked;
+    let share = |mm3: f64| 100.0 * mm3 / chip.missing_mm3;
     vec![
         (*stroke).into(),
         plain(trough.length_mm),
-        format!("{:+.2}", trough.deeper_mm),
-        format!("{:+.2}", trough.wider_mm),
-        format!("{:+.2}, {:+.2}", in_space.deeper_mm, in_space.wider_mm),
+        signed(trough.deeper_mm),
+        signed(trough.wider_mm),
+        format!("{}, {}", signed(in_space.deeper_mm), signed(in_space.wider_mm)),
         format!("{:.2}", trough.off_mm),
         format!("{:.0}", 100.0 * trough.missed),
         format!("{:.2}", trough.roughness_mm),
@@ -138,7 +139,7 @@ fn line(stroked: &Stroked) -> Vec<String> {
         format!("{:.1}", trough.largest_sheet_mm2),
         format!("{:.0}", chip.missing_mm3),
         format!("{:.0}", chip.torn_mm3),
-        format!("{:.0}", 100.0 * chip.vaporised_mm3 / chip.missing_mm3),
+        format!("{:.0}, {:.0}", share(chip.vaporised_mm3), share(chip.thin_mm3)),
         format!("{:.0}", 100.0 * chip.share()),
         format!("{:.2}", chip.mass_g),
         format!("{:.0}, {:.1}", chip.length_mm, chip.width_mm),
@@ -146,6 +147,15 @@ fn line(stroked: &Stroked) -> Vec<String> {
         stroked.most_inverted.to_string(),
         format!("{:.2}", stroked.overlap_mm),
     ]
+}
+
+/// What could not be measured, as no ray met a wall, is a dash.
+fn signed(mm: f64) -> String {
+    if mm.is_finite() {
+        format!("{mm:+.2}")
+    } else {
+        "–".into()
+    }
 }
 
 fn targets(done: &[&Stroked]) -> String {

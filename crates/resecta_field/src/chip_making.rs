@@ -80,9 +80,10 @@ impl ChipMaking {
         }
     }
 
-    /// The same, where only what the values hold becomes the chip, and the rest of what was lost vaporised.
-    pub(crate) fn less_what_vaporised(mut self) -> Self {
+    /// The same, where only what the values hold becomes the chip, and the rest of what was lost vaporised, `thin_mm3` of it because it was thin.
+    pub(crate) fn less_what_vaporised(mut self, thin_mm3: f64) -> Self {
         self.vaporises = true;
+        self.chip.thin_mm3 = thin_mm3;
         self.chip.vaporised_mm3 = std::mem::take(&mut self.chip.rest_volume_mm3);
         self
     }

@@ -24,6 +24,8 @@ pub struct Before {
     of_chip: Vec<f32>,
     /// Whether a current has vaporised anything.
     vaporises: bool,
+    /// What vaporised because it was thin, mm³.
+    thin_mm3: f64,
     /// Kept volume by pentahedron.
     kept: BTreeMap<u32, f64>,
 }
@@ -45,6 +47,7 @@ impl Before {
         }
         self.of_chip.clear();
         self.vaporises = false;
+        self.thin_mm3 = 0.0;
         self.kept.clear();
     }
 
@@ -81,6 +84,13 @@ impl Before {
             let lowest = self.of_chip_mut(point);
             *lowest = lowest.min(distance);
             self.vaporises = true;
+        }
+    }
+
+    /// Notes that thin tissue has vaporised.
+    pub fn note_thin(&mut self, mm3: f64) {
+        if self.is_under_way {
+            self.thin_mm3 += mm3;
         }
     }
 
@@ -141,6 +151,9 @@ pub struct Chip {
     pub rest_volume_mm3: f64,
     /// What vaporised of that, mm³ at rest.
     pub vaporised_mm3: f64,
+    /// What of that did because it was thin, beside the wall of a cut, mm³ at rest: four fifths of it, as its rim to tissue that a later step
+    /// takes counts as kerf.
+    pub thin_mm3: f64,
     /// Centre of what the surface encloses, mm.
     pub centre: DVec3,
     /// Inertia about the centre of that body for a mass of 1 a mm³ at rest, mm⁵.
@@ -160,6 +173,7 @@ impl Chip {
             triangles: Vec::new(),
             rest_volume_mm3,
             vaporised_mm3: 0.0,
+            thin_mm3: 0.0,
             centre: DVec3::ZERO,
             inertia: DMat3::ZERO,
             thickness_mm: 0.0,
@@ -234,10 +248,10 @@ impl Field {
             .filter(|&pentahedron| self.points.of(pentahedron).iter().any(is_part))
             .collect();
         let points = self.points.part(&pentahedra, value);
-        let vaporises = before.vaporises;
+        let (vaporises, thin_mm3) = (before.vaporises, before.thin_mm3);
         let making = ChipMaking::new(self, points, pentahedra, lost, positions);
         Some(if vaporises {
-            making.less_what_vaporised()
+            making.less_what_vaporised(thin_mm3)
         } else {
             making
         })

@@ -6,6 +6,7 @@ use crate::crossings::Sample;
 use crate::field::{Edit, Field};
 use crate::shape::Carrier;
 use crate::sublattice::{LANES, Lanes};
+use crate::thin::Beside;
 use crate::tool::{Bounds, Prepared};
 use crate::{FieldError, Tool, capsule, volume};
 
@@ -29,10 +30,34 @@ pub struct Cut {
     pub removed_mm3: f64,
     /// The part of it that went because too little was left of a pentahedron, mm³.
     pub slivers_mm3: f64,
+    /// The part of it that vaporised because it was thin, mm³.
+    pub thin_mm3: f64,
     /// Area at rest of the capsule ([`crate::SurfaceKind::Capsule`]) that went, mm²; 0 unless the organ was perforated.
     pub capsule_mm2: f64,
     /// Pentahedra of which nothing is left since this cut, rising.
     pub emptied: Vec<u32>,
+}
+
+impl Cut {
+    /// One cut of this and of what was thin after it.
+    fn and_thin(mut self, thin: Cut) -> Self {
+        self.removed.extend(thin.removed);
+        self.removed.sort_by_key(|&(pentahedron, _)| pentahedron);
+        self.removed.dedup_by(|next, first| {
+            let is_same = next.0 == first.0;
+            if is_same {
+                first.1 += next.1;
+            }
+            is_same
+        });
+        self.removed_mm3 += thin.removed_mm3;
+        self.slivers_mm3 += thin.slivers_mm3;
+        self.thin_mm3 += thin.removed_mm3;
+        self.capsule_mm2 += thin.capsule_mm2;
+        self.emptied.extend(thin.emptied);
+        self.emptied.sort_unstable();
+        self
+    }
 }
 
 impl Field {
@@ -52,13 +77,18 @@ impl Field {
         };
         let mut near = self.near(&tool.bounds(), positions);
         let mut edit = self.begin_edit();
-        let mut distances = Vec::new();
+        let (mut distances, mut beside) = (Vec::new(), Vec::new());
         self.leave_out(&tool, positions, &mut near);
         for &pentahedron in &near {
-            self.evaluate(&mut edit, &tool, pentahedron, positions, &mut distances);
+            self.evaluate(&mut edit, &tool, pentahedron, positions, &mut distances, &mut beside);
         }
         let changed = self.marked(edit.changed(), &near);
-        Ok(self.finish(edit, changed))
+        let cut = self.finish(edit, changed);
+        let thin = self.vaporise_thin(&tool, &beside, &near, positions);
+        Ok(match thin {
+            Some(thin) => cut.and_thin(thin),
+            None => cut,
+        })
     }
 
     /// Takes all that is left of some pentahedra: a piece that hangs by nothing, or what the caller removes whole.
@@ -137,7 +167,8 @@ impl Field {
         near.truncate(kept);
     }
 
-    /// Lowers the values of a pentahedron, if a point of it is nearer to the tool than the band.
+    /// Lowers the values of a pentahedron, if a point of it is nearer to the tool than the band; lists the points that stay
+    /// beside a current.
     fn evaluate(
         &mut self,
         edit: &mut Edit,
@@ -145,8 +176,9 @@ impl Field {
         pentahedron: u32,
         positions: &[Vec3],
         distances: &mut Vec<[Lanes; 3]>,
+        beside: &mut Vec<Beside>,
     ) {
-        let vaporises = tool.kerf_mm() > 0.0;
+        let (vaporises, thin_mm) = (tool.kerf_mm() > 0.0, tool.thin_mm());
         let origin = tool.origin();
         let nodes = self.mesh.pentahedra[pentahedron as usize];
         let shape = Carrier::new(nodes.map(|node| (positions[node as usize].as_dvec3() - origin).as_vec3()));
@@ -157,7 +189,8 @@ impl Field {
         }
         self.touch(edit, pentahedron);
         let (ids, mut values) = self.points.of_and_values(pentahedron);
-        for (ids, [distance, gone, of_chip]) in ids.chunks(LANES).zip(distances.iter()) {
+        let places = &self.mesh.sub(pentahedron).lanes;
+        for ((ids, places), [distance, gone, of_chip]) in ids.chunks(LANES).zip(places).zip(distances.iter()) {
             for (lane, &point) in ids.iter().enumerate() {
                 let (old, mark) = values.get(point);
                 if mark >= edit.seen || old <= -self.band {
@@ -166,6 +199,10 @@ impl Field {
                 let value = if old > 0.0 { distance[lane] } else { gone[lane] };
                 if vaporises && value <= 0.0 {
                     self.before.lower_of_chip(point, of_chip[lane]);
+                }
+                if value > 0.0 && value < thin_mm {
+                    let place = shape.at_one(places.each_ref().map(|lanes| lanes[lane]));
+                    beside.push(Beside { point, place });
                 }
                 if value < old {
                     values.lower(edit, &mut self.before, point, value.max(-self.band));

@@ -12,6 +12,7 @@
 //! | which points neighbours share, and the values on them | `points.rs` |
 //! | what cuts, and steps of a stroke that join without ridges | `tool.rs`, `stroke.rs` |
 //! | how a cut lowers the values | `cut.rs` |
+//! | thin tissue that a current leaves | `thin.rs` |
 //! | how volume is counted | `volume.rs` |
 //! | how much of the capsule is left | `capsule.rs` |
 //! | where the surface's vertices lie, and how they are carried | `crossings.rs`, `vertices.rs` |
@@ -64,6 +65,7 @@ mod shape;
 mod stroke;
 mod sublattice;
 mod surface;
+mod thin;
 mod tool;
 mod triangle;
 mod vertices;

@@ -203,6 +203,14 @@ impl Points {
         (ids, values)
     }
 
+    /// The values of all points, to be lowered.
+    pub fn values_mut(&mut self) -> Values<'_> {
+        Values {
+            values: &mut self.values,
+            marks: &mut self.marks,
+        }
+    }
+
     /// Gives a pentahedron that has none points, new ones with the value `band`. Nothing happens if it has them or was
     /// released.
     pub fn touch(&mut self, mesh: &Mesh, pentahedron: u32, band: f32) {

@@ -23,6 +23,10 @@ use crate::lanes;
 use crate::sublattice::{LANES, Lanes};
 use crate::tool::{Bounds, Tool};
 
+/// How far beside a place the wall's distance is taken again for its slope, mm: a hundred times what single precision tells, and little beside
+/// the wire's curvature.
+const DIFFERENCE_MM: f32 = 0.01;
+
 /// A half ellipse on its way.
 #[derive(Debug, Clone)]
 pub struct Swept {
@@ -35,6 +39,7 @@ pub struct Swept {
     reach: f32,
     /// How far the chip's surface lies inside of the ellipse.
     kerf: f32,
+    thin: f32,
     /// Places are given relative to this: the centre at the start.
     pub origin: DVec3,
     /// From centre to centre, and the part of it that is along the first plane's normal.
@@ -49,7 +54,7 @@ pub struct Swept {
 }
 
 impl Swept {
-    pub fn new(sweep: &LoopSweep, [run, reach, kerf]: [f64; 3]) -> Self {
+    pub fn new(sweep: &LoopSweep, [run, reach, kerf, thin]: [f64; 4]) -> Self {
         let unit = |pose: LoopPose| {
             let travel = pose.travel.normalize();
             LoopPose {
@@ -59,15 +64,15 @@ impl Swept {
             }
         };
         let size = DVec2::new(0.5 * sweep.width_mm, sweep.depth_mm);
-        Self::between(unit(sweep.from), unit(sweep.to), size, [run, reach, kerf])
+        Self::between(unit(sweep.from), unit(sweep.to), size, [run, reach, kerf, thin])
     }
 
     pub fn straight(from: DVec3, to: DVec3, travel: DVec3, down: DVec3, radius: f64) -> Self {
         let pose = |centre| LoopPose { centre, travel, down };
-        Self::between(pose(from), pose(to), DVec2::splat(radius), [0.0; 3])
+        Self::between(pose(from), pose(to), DVec2::splat(radius), [0.0; 4])
     }
 
-    fn between(from: LoopPose, to: LoopPose, size: DVec2, [run, reach, kerf]: [f64; 3]) -> Self {
+    fn between(from: LoopPose, to: LoopPose, size: DVec2, [run, reach, kerf, thin]: [f64; 4]) -> Self {
         let moved = to.centre - from.centre;
         let sideways = moved.reject_from_normalized(from.travel).length();
         let turn = from.travel.distance(to.travel).max(from.down.distance(to.down));
@@ -78,6 +83,7 @@ impl Swept {
             run: run as f32,
             reach: reach as f32,
             kerf: kerf as f32,
+            thin: thin as f32,
             origin: from.centre,
             moved: moved.as_vec3(),
             forward: moved.dot(from.travel) as f32,
@@ -93,23 +99,16 @@ impl Swept {
         self.kerf
     }
 
+    /// See `Prepared::thin_mm`.
+    pub fn thin_mm(&self) -> f32 {
+        self.thin
+    }
+
     /// See `Prepared::distances`.
     #[inline(always)]
     pub fn distances(&self, places: &[Lanes; 3]) -> [Lanes; 3] {
         let [before, after] = self.heights(places);
-        let [profile, inner] = if self.is_straight {
-            let scale = if self.forward == 0.0 { 0.0 } else { 1.0 / self.forward };
-            // The plane passes a place when it has come as far; beyond the ends the nearer one counts.
-            let instants = lanes::map(&before, |before| (before * scale).clamp(0.0, 1.0));
-            let offset = lanes::add_one_scaled(places, -self.moved, &instants);
-            let (x, y) = (
-                lanes::dot_one(&offset, self.across),
-                lanes::dot_one(&offset, self.from.down.as_vec3()),
-            );
-            half_ellipses(&x, &y, self.size.as_vec2(), self.kerf)
-        } else {
-            self.turning_profiles(places, &before, &after)
-        };
+        let [profile, inner] = self.profiles(places, &before, &after);
         let (run, reach) = (self.run, self.run.min(self.reach));
         let mut result = [[0.0; LANES]; 3];
         for l in 0..LANES {
@@ -128,6 +127,36 @@ impl Swept {
             [_, result[2][l]] = of(inner[l]);
         }
         result
+    }
+
+    /// See `Prepared::wall`.
+    pub fn wall(&self, place: Vec3) -> Option<(f32, Vec3)> {
+        // The place, and one beside it along each axis: the slope by differences.
+        let beside = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z].map(|axis| place + axis * DIFFERENCE_MM);
+        let places = [0, 1, 2].map(|n| std::array::from_fn(|lane| beside[lane.min(3)][n]));
+        let [before, after] = self.heights(&places);
+        if before[0] * after[0] > 0.0 {
+            return None;
+        }
+        let [profile, _] = self.profiles(&places, &before, &after);
+        let slope = Vec3::from_slice(&profile[1..4]) - profile[0];
+        Some((profile[0], slope.try_normalize()?))
+    }
+
+    /// See [`half_ellipses`]: in the planes that pass the places, or in the nearer plane of the ends.
+    /// `before`, `after`: heights over the planes at both ends.
+    #[inline(always)]
+    fn profiles(&self, places: &[Lanes; 3], before: &Lanes, after: &Lanes) -> [Lanes; 2] {
+        if !self.is_straight {
+            return self.turning_profiles(places, before, after);
+        }
+        let scale = if self.forward == 0.0 { 0.0 } else { 1.0 / self.forward };
+        // The plane passes a place when it has come as far; beyond the ends the nearer one counts.
+        let instants = lanes::map(before, |before| (before * scale).clamp(0.0, 1.0));
+        let offset = lanes::add_one_scaled(places, -self.moved, &instants);
+        let down = self.from.down.as_vec3();
+        let (x, y) = (lanes::dot_one(&offset, self.across), lanes::dot_one(&offset, down));
+        half_ellipses(&x, &y, self.size.as_vec2(), self.kerf)
     }
 
     /// Heights over the planes at both ends.
@@ -166,8 +195,7 @@ impl Swept {
         floors
     }
 
-    /// See [`half_ellipses`]: in the planes that pass the places, or in the nearer plane of the ends.
-    /// `before`, `after`: heights over the planes at both ends.
+    /// See `profiles`.
     #[inline(always)]
     fn turning_profiles(&self, places: &[Lanes; 3], before: &Lanes, after: &Lanes) -> [Lanes; 2] {
         let turned = (self.to.travel - self.from.travel).as_vec3();
@@ -265,6 +293,7 @@ pub struct LoopStroke {
     pose: LoopPose,
     size_mm: [f64; 2],
     kerf_mm: f64,
+    thin_mm: f64,
     /// Way since the loop last turned back, mm; negative against the normal of its plane.
     way_mm: f64,
 }
@@ -276,6 +305,7 @@ impl LoopStroke {
             pose,
             size_mm: [width_mm, depth_mm],
             kerf_mm: 0.0,
+            thin_mm: 0.0,
             way_mm: 0.0,
         }
     }
@@ -283,6 +313,11 @@ impl LoopStroke {
     /// The same stroke of a current that vaporises the outermost layer of what the loop takes, so thick, mm.
     pub fn with_kerf(self, kerf_mm: f64) -> Self {
         Self { kerf_mm, ..self }
+    }
+
+    /// The same stroke of a current that vaporises tissue thinner than this beside the wall that it leaves, too, mm.
+    pub fn with_thin(self, thin_mm: f64) -> Self {
+        Self { thin_mm, ..self }
     }
 
     /// What the loop sweeps over on its way to the next pose. A pose that is not finite is not gone to: cutting with
@@ -306,6 +341,7 @@ impl LoopStroke {
             sweep,
             run_mm: before.abs(),
             kerf_mm: self.kerf_mm,
+            thin_mm: self.thin_mm,
         }
     }
 }
@@ -347,7 +383,7 @@ mod tests {
     #[test]
     fn the_sign_is_that_of_the_swept_solid() {
         let sweep = turning();
-        let swept = Swept::new(&sweep, [0.0; 3]);
+        let swept = Swept::new(&sweep, [0.0; 4]);
         for point in grid() {
             let distance = distance(&swept, point);
             if distance.abs() > 2e-3 {
@@ -359,7 +395,7 @@ mod tests {
     #[test]
     fn no_place_in_a_ball_is_nearer_than_the_balls_floor() {
         for swept in [
-            Swept::new(&turning(), [0.0; 3]),
+            Swept::new(&turning(), [0.0; 4]),
             Swept::straight(DVec3::ZERO, DVec3::new(0.3, 0.2, 2.0), DVec3::Z, DVec3::Y, 2.0),
         ] {
             let mut left_out = 0;
@@ -381,7 +417,7 @@ mod tests {
 
     #[test]
     fn the_distance_is_continuous() {
-        let swept = Swept::new(&turning(), [0.0; 3]);
+        let swept = Swept::new(&turning(), [0.0; 4]);
         for point in grid() {
             for step in DVec3::AXES {
                 let change = distance(&swept, point + 1e-4 * step) - distance(&swept, point);

@@ -169,6 +169,15 @@ impl Surface {
         }
     }
 
+    /// The triangles of a pentahedron.
+    pub(crate) fn triangles_of(&self, pentahedron: u32) -> impl Iterator<Item = [u32; 3]> + '_ {
+        let used = |slot: u32| (slot != NONE).then_some(slot);
+        let slots = std::iter::successors(used(self.first[pentahedron as usize]), move |&slot| {
+            used(self.next[slot as usize])
+        });
+        slots.map(|slot| self.triangles[slot as usize])
+    }
+
     /// Whether a touched pentahedron has neither triangles nor vertices.
     pub(crate) fn is_bare(&self, pentahedron: u32, cell: usize) -> bool {
         let has_vertices = self.pieces.get(cell).is_some_and(|piece| !piece.chunks.is_empty());

@@ -1,6 +1,6 @@
 //! What cuts: a volume given by its signed distance, negative inside.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use resecta_solver::LoopSweep;
 
 use crate::FieldError;
@@ -39,6 +39,9 @@ pub enum Tool {
         /// How thick the outermost layer of it is that vaporises instead of becoming part of a chip, mm; 0 or more. Where there is no wire,
         /// at the open side and at both ends, nothing does.
         kerf_mm: f64,
+        /// Tissue thinner than this that the step would leave beside its wall vaporises, too, mm; 0 or more. More than twice the field's
+        /// spacing counts as twice.
+        thin_mm: f64,
     },
 }
 
@@ -85,7 +88,12 @@ impl Tool {
                 let swept = Swept::straight(from, to, travel, down, radius_mm);
                 Some(Prepared::Swept(Box::new(swept)))
             }
-            Tool::Loop { sweep, run_mm, kerf_mm } => {
+            Tool::Loop {
+                sweep,
+                run_mm,
+                kerf_mm,
+                thin_mm,
+            } => {
                 const NAME: &str = "loop";
                 for pose in [&sweep.from, &sweep.to] {
                     finite(NAME, "centre", pose.centre)?;
@@ -96,12 +104,12 @@ impl Tool {
                 }
                 positive(NAME, "width", sweep.width_mm)?;
                 positive(NAME, "depth", sweep.depth_mm)?;
-                for (field, length) in [("run", *run_mm), ("kerf", *kerf_mm)] {
+                for (field, length) in [("run", *run_mm), ("kerf", *kerf_mm), ("thin", *thin_mm)] {
                     if !length.is_finite() || length < 0.0 {
                         return Err(refused(NAME, field, length, "a finite length of 0 or more"));
                     }
                 }
-                let lengths = [*run_mm, reach_mm, *kerf_mm];
+                let lengths = [*run_mm, reach_mm, *kerf_mm, *thin_mm];
                 (sweep.from != sweep.to).then(|| Prepared::Swept(Box::new(Swept::new(sweep, lengths))))
             }
         })
@@ -135,6 +143,23 @@ impl Prepared {
                 [lanes::map(&squares, |square| square.sqrt() - *radius as f32); 3]
             }
             Prepared::Swept(swept) => swept.distances(places),
+        }
+    }
+
+    /// Tissue thinner than this beside a wall that a current leaves vaporises, mm.
+    pub fn thin_mm(&self) -> f32 {
+        match self {
+            Prepared::Sphere(..) => 0.0,
+            Prepared::Swept(swept) => swept.thin_mm(),
+        }
+    }
+
+    /// How far a place lies from the wall that a current leaves where it passes that place in this step, mm (less than 0 inside), and the
+    /// unit normal of the wall out of the tool; none where it does not pass.
+    pub fn wall(&self, place: Vec3) -> Option<(f32, Vec3)> {
+        match self {
+            Prepared::Sphere(..) => None,
+            Prepared::Swept(swept) => swept.wall(place),
         }
     }
 

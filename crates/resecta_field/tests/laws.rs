@@ -27,9 +27,10 @@ fn random_stroke(random: &mut Random) -> Vec<Tool> {
             down: down.reject_from_normalized(travel).normalize(),
         }
     };
-    // Every other current vaporises a kerf.
+    // Every other current vaporises a kerf, and what is thin beside it.
     let kerf_mm = (0.6 * angle.sin()).max(0.0);
-    let mut stroke = LoopStroke::new(pose(0), 6.5, 4.5).with_kerf(kerf_mm);
+    let stroke = LoopStroke::new(pose(0), 6.5, 4.5);
+    let mut stroke = stroke.with_kerf(kerf_mm).with_thin(2.0 * kerf_mm);
     (1..=steps).map(|n| stroke.step_to(pose(n))).collect()
 }
 

@@ -31,6 +31,7 @@ fn tools_with_a_wrong_number_are_refused_by_name() {
         sweep,
         run_mm: 0.0,
         kerf_mm: 0.0,
+        thin_mm: 0.0,
     };
     let half_cylinder = |from, down, radius_mm| Tool::HalfCylinder {
         from,
@@ -117,6 +118,7 @@ fn tools_with_a_wrong_number_are_refused_by_name() {
                 sweep,
                 run_mm: f64::NAN,
                 kerf_mm: 0.0,
+                thin_mm: 0.0,
             },
             "loop",
             "run",
@@ -126,9 +128,20 @@ fn tools_with_a_wrong_number_are_refused_by_name() {
                 sweep,
                 run_mm: 0.0,
                 kerf_mm: -0.1,
+                thin_mm: 0.0,
             },
             "loop",
             "kerf",
+        ),
+        (
+            Tool::Loop {
+                sweep,
+                run_mm: 0.0,
+                kerf_mm: 0.0,
+                thin_mm: f64::INFINITY,
+            },
+            "loop",
+            "thin",
         ),
     ];
     for (tool, its_name, its_field) in cases {

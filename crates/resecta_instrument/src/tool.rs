@@ -5,10 +5,16 @@ use resecta_tissue::{Kerf, LoopCutter, TissueTool, ToolPart, ToolPartKind};
 
 use crate::{InstrumentState, Resectoscope, ResectoscopeGeometry};
 
-/// What the cutting current vaporises beyond the wire, mm. Together with the wire's 0.35 mm this is a fifth to a quarter of what the loop takes
-/// in an exercise (22 % in `first_cuts`, 25 % in `middle_lobe`). Prostates that were resected outside of the body lost as much: 48.7 g made
-/// 38.0 g of chips with a monopolar loop, 48.4 g made 36.2 g with a bipolar one (Khorrami et al., J. Endourol. 34:671, 2020).
+/// What the cutting current vaporises beyond the wire, mm. Together with the wire's 0.35 mm and what is thin beside it this is 18 to 24 % of what
+/// a stroke of full depth takes (docs/accuracy/strokes.md), and 27 % in `first_cuts`, whose strokes are shallower. Prostates that were resected outside of
+/// the body lost about as much: 48.7 g made 38.0 g of chips with a monopolar loop (22 %), 48.4 g made 36.2 g with a bipolar one (25 %; Khorrami
+/// et al., J. Endourol. 34:671, 2020).
 const VAPORISED_MM: f32 = 0.1;
+
+/// Tissue thinner than this beside the wall of a cut vaporises, too, mm: seared from the cut through and through, it holds nothing and goes with
+/// the wire and the water. Our choice within the 0.5 to 1 mm to which the bed of a cut is said to be seared. Chips are seared less deep:
+/// 0.12 mm with a monopolar loop, 0.14 mm with a bipolar one (Scand. J. Urol. Nephrol. 42:265, 2008).
+const SEARED_MM: f32 = 0.8;
 
 impl ResectoscopeGeometry {
     /// The instrument's capsules in its own frame with the loop at `stroke_mm`: the sheath, and of a loop that is out the two arms,
@@ -42,6 +48,7 @@ impl ResectoscopeGeometry {
         Kerf {
             outside_mm: wire_mm + VAPORISED_MM,
             inside_mm: wire_mm,
+            thin_mm: SEARED_MM,
         }
     }
 

@@ -184,7 +184,7 @@ impl Cut<'_> {
                 self.of_elements(swept)
             }
             (CuttingRule::Sweep, Some(fine)) => {
-                let step = fine.stroke(tool.entity, &sweep, tool.kerf_mm());
+                let step = fine.stroke(tool.entity, &sweep, tool.kerf_and_thin_mm());
                 let taken = fine.cut(solver, self.by, &step)?;
                 Ok(self.thin(&taken))
             }

@@ -236,11 +236,13 @@ impl Fine {
         }
     }
 
-    /// Lets a loop go on, or begin where it was. The outermost layer of what it takes vaporises, `kerf_mm` thick.
-    pub fn stroke(&mut self, tool: Entity, sweep: &LoopSweep, kerf_mm: f64) -> Tool {
+    /// Lets a loop go on, or begin where it was. The outermost layer of what it takes vaporises, `kerf_mm` thick, and what is thinner than
+    /// `thin_mm` beside it.
+    pub fn stroke(&mut self, tool: Entity, sweep: &LoopSweep, [kerf_mm, thin_mm]: [f64; 2]) -> Tool {
         let index = self.strokes.iter().position(|stroke| stroke.tool == tool);
         let index = index.unwrap_or_else(|| {
             let way = LoopStroke::new(sweep.from, sweep.width_mm, sweep.depth_mm).with_kerf(kerf_mm);
+            let way = way.with_thin(thin_mm);
             self.strokes.push(Stroke { tool, way });
             self.strokes.len() - 1
         });

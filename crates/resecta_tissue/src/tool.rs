@@ -151,11 +151,14 @@ pub struct Kerf {
     /// Its thickness inside of the wire's middle line, mm, 0 or more: a chip's surface lies so far within that line. It counts where tissue
     /// is cut finer than its elements ([`CutDetail::Field`](crate::CutDetail)).
     pub inside_mm: f32,
+    /// Tissue thinner than this that is left beside the wall of a cut vaporises with it, mm, 0 or more. It counts where tissue is cut finer
+    /// than its elements, up to twice the spacing there.
+    pub thin_mm: f32,
 }
 
 impl Kerf {
     fn is_valid(&self) -> bool {
-        [self.outside_mm, self.inside_mm]
+        [self.outside_mm, self.inside_mm, self.thin_mm]
             .iter()
             .all(|mm| mm.is_finite() && *mm >= 0.0)
     }

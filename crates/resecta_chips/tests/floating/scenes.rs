@@ -42,6 +42,7 @@ pub fn block(edges: DVec3, centre: DVec3, angle: f64) -> Arc<Chip> {
         triangles: faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
         rest_volume_mm3: volume,
         vaporised_mm3: 0.0,
+        thin_mm3: 0.0,
         centre,
         inertia: turn * DMat3::from_diagonal(own) * turn.transpose(),
         thickness_mm: volume / (edges.x * edges.y + edges.y * edges.z + edges.z * edges.x),

@@ -112,10 +112,10 @@ impl ToolMotion {
         })
     }
 
-    /// How thick the outermost layer of what the loop takes is that vaporises, mm.
-    pub fn kerf_mm(&self) -> f64 {
+    /// How thick the outermost layer of what the loop takes is that vaporises, and how thin what vaporises beside it, mm.
+    pub fn kerf_and_thin_mm(&self) -> [f64; 2] {
         let kerf = self.to.cutter.map_or(Kerf::default(), |cutter| cutter.kerf);
-        f64::from(kerf.outside_mm + kerf.inside_mm)
+        [kerf.outside_mm + kerf.inside_mm, kerf.thin_mm].map(f64::from)
     }
 
     /// The loop's deepest point in the world at the end of the step, mm.

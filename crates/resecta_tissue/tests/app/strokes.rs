@@ -81,6 +81,7 @@ impl Theatre {
             cutter.kerf = Kerf {
                 outside_mm: 0.3,
                 inside_mm: 0.2,
+                thin_mm: 0.0,
             };
         }
         let tool = app.world_mut().spawn(tool).id();
