@@ -23,8 +23,8 @@ use crate::lanes;
 use crate::sublattice::{LANES, Lanes};
 use crate::tool::{Bounds, Tool};
 
-/// How far beside a place the wall's distance is taken again for its slope, mm: a hundred times what single precision tells, and little beside
-/// the wire's curvature.
+/// How far beside a place the wall's distance is taken again for its slope, mm: ten thousand times the resolution of single precision,
+/// and little beside the wire's radius.
 const DIFFERENCE_MM: f32 = 0.01;
 
 /// A half ellipse on its way.

@@ -2,7 +2,7 @@
 //!
 //! The thickness at a point beside the wire's way is measured along the normal of the wall that the wire leaves: from
 //! that wall through the point to where the tissue ends at another cut or at the mucosa. The capsule and other faces
-//! of the organ are no such end, as tissue that no field knows lies behind them. An edge of thick tissue that the wall
+//! of the organ are no such end: other tissue lies behind them. An edge of thick tissue that the wall
 //! meets at a right angle is not thin, a sharp one is as far as it is thinner than the limit.
 //!
 //! A point counts in the step in which the loop's plane passes it, so that tissue ahead is not thin because it waits to be cut.
@@ -19,7 +19,7 @@ use crate::{Cut, SurfaceKind};
 /// would move the wall before tissue that is a little thicker.
 const RANGE_MM: f32 = 0.25;
 
-/// A point on a face of the surface may lie so far outside of it, mm: a hundred times what single precision tells.
+/// A point on a face of the surface may lie so far outside of it, mm: a hundred times the resolution of single precision.
 const ROUNDING_MM: f32 = 1e-4;
 /// A ray may pass so far beside a triangle, as a share of its size.
 const SLACK_SHARE: f32 = 1e-4;
