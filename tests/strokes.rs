@@ -37,6 +37,8 @@ fn is_clean(stroked: &Stroked) {
     // Beside thin tissue the wire vaporises no more than its kerf: a sixth of a full stroke and up to two fifths of a shallow one.
     let of_kerf_mm3 = chip.vaporised_mm3 - chip.thin_mm3;
     assert!(of_kerf_mm3 <= KERF_MM * WIRE_MM * trough.length_mm, "{name}");
+    // Thin tissue is what a trough's two rims have of it.
+    assert!(chip.thin_mm3 <= 0.05 * chip.missing_mm3, "{name}");
     let vaporised = of_kerf_mm3 / chip.missing_mm3;
     assert!(vaporised > 0.15 && (vaporised > 0.45) == is_the(SHALLOWEST), "{name}");
     // The wire takes what it sweeps: no more tears off beside it than crumbs.

@@ -30,8 +30,6 @@ pub struct Cut {
     pub removed_mm3: f64,
     /// The part of it that went because too little was left of a pentahedron, mm³.
     pub slivers_mm3: f64,
-    /// The part of it that vaporised because it was thin, mm³.
-    pub thin_mm3: f64,
     /// Area at rest of the capsule ([`crate::SurfaceKind::Capsule`]) that went, mm²; 0 unless the organ was perforated.
     pub capsule_mm2: f64,
     /// Pentahedra of which nothing is left since this cut, rising.
@@ -52,7 +50,6 @@ impl Cut {
         });
         self.removed_mm3 += thin.removed_mm3;
         self.slivers_mm3 += thin.slivers_mm3;
-        self.thin_mm3 += thin.removed_mm3;
         self.capsule_mm2 += thin.capsule_mm2;
         self.emptied.extend(thin.emptied);
         self.emptied.sort_unstable();

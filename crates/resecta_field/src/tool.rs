@@ -154,8 +154,8 @@ impl Prepared {
         }
     }
 
-    /// How far a place lies from the wall that a current leaves where it passes that place in this step, mm (less than 0 inside), and the
-    /// unit normal of the wall out of the tool; none where it does not pass.
+    /// Signed distance of a place, mm, from the wall that the tool leaves there, negative inside, and the unit normal of that wall, out of
+    /// the tool. `None` if the loop's plane does not pass the place in this step. `place`: mm, relative to the tool's origin.
     pub fn wall(&self, place: Vec3) -> Option<(f32, Vec3)> {
         match self {
             Prepared::Sphere(..) => None,
